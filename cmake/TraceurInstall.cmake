@@ -1,0 +1,11 @@
+# `cmake --install` and find_package(traceur): libraries, headers, the program, models and skills.
+include(CMakePackageConfigHelpers)
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/traceur)
+install(EXPORT traceurTargets NAMESPACE traceur:: DESTINATION ${package_dir})
+configure_package_config_file(cmake/traceurConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/traceurConfig.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/traceurConfig.cmake
+  ${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake DESTINATION ${package_dir})
+install(DIRECTORY models skills DESTINATION ${CMAKE_INSTALL_DATADIR}/traceur)

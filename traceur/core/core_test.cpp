@@ -1,0 +1,238 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+#include "traceur/core/error.h"
+#include "traceur/core/hash.h"
+#include "traceur/core/random.h"
+#include "traceur/core/run_file.h"
+#include "traceur/core/text.h"
+#include "traceur/core/thread_pool.h"
+#include "traceur/core/toml.h"
+
+namespace traceur {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of the test's own, empty.
+fs::path scratch() {
+  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+  const fs::path dir = fs::path(testing::TempDir()) /
+                       (std::string("traceur_") + info->test_suite_name() + "_" + info->name());
+  fs::remove_all(dir);
+  fs::create_directories(dir);
+  return dir;
+}
+
+template <class F>
+std::string messageOf(F&& f) {
+  try {
+    f();
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Random, EqualSeedsGiveEqualNumbersAndOthersDoNot) {
+  Random a(3, 1, 4);
+  Random b(3, 1, 4);
+  std::set<std::uint64_t> first;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(a.bits(), b.bits());
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    for (std::uint64_t stream = 0; stream < 10; ++stream) {
+      for (std::uint64_t index = 0; index < 10; ++index) {
+        first.insert(Random(seed, stream, index).bits());
+      }
+    }
+  }
+  EXPECT_EQ(first.size(), 1000u);
+}
+
+TEST(Random, NormalHasTheMomentsOfANormal) {
+  Random r(1);
+  const int n = 200000;
+  double m1 = 0, m2 = 0, m3 = 0, m4 = 0;
+  for (int i = 0; i < n; ++i) {
+    const double x = r.normal();
+    m1 += x;
+    m2 += x * x;
+    m3 += x * x * x;
+    m4 += x * x * x * x;
+  }
+  // Five standard errors each.
+  EXPECT_NEAR(m1 / n, 0, 5 / std::sqrt(n));
+  EXPECT_NEAR(m2 / n, 1, 5 * std::sqrt(2.0 / n));
+  EXPECT_NEAR(m3 / n, 0, 5 * std::sqrt(15.0 / n));
+  EXPECT_NEAR(m4 / n, 3, 5 * std::sqrt(96.0 / n));
+}
+
+TEST(Random, BelowIsUniform) {
+  Random r(2);
+  int count[5] = {};
+  for (int i = 0; i < 50000; ++i) ++count[r.below(5)];
+  for (const int c : count) EXPECT_NEAR(c, 10000, 5 * std::sqrt(8000));
+}
+
+TEST(ThreadPool, RunsEachIndexOnce) {
+  for (const int threads : {1, 2, 7}) {
+    ThreadPool pool(threads);
+    EXPECT_EQ(pool.threads(), threads);
+    for (const int n : {0, 1, 5, 1000}) {
+      std::vector<std::atomic<int>> seen(n);
+      pool.forEach(n, [&](int i) { ++seen[i]; });
+      for (const auto& s : seen) EXPECT_EQ(s, 1);
+    }
+  }
+}
+
+TEST(ThreadPool, RethrowsTheSmallestIndexAndGoesOn) {
+  ThreadPool pool(3);
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    std::atomic<int> done = 0;
+    EXPECT_EQ(messageOf([&] {
+                pool.forEach(50, [&](int i) {
+                  ++done;
+                  if (i % 10 == 3) throw InputError(std::to_string(i));
+                });
+              }),
+              "3");
+    EXPECT_EQ(done, 50);
+  }
+}
+
+TEST(Text, SuggestsTheNearestNameOrNone) {
+  const std::vector<std::string> names = {"thigh", "shin", "heel"};
+  EXPECT_EQ(didYouMean("tihgh", names), " Did you mean \"thigh\"?");
+  EXPECT_EQ(didYouMean("THIGH", names), " Did you mean \"thigh\"?");
+  EXPECT_EQ(didYouMean("banana", names), "");
+}
+
+TEST(Hash, NoticesOrderAndSign) {
+  const auto of = [](std::vector<double> x) {
+    Hash h;
+    h.add(x);
+    return h.value();
+  };
+  EXPECT_NE(of({1, 2}), of({2, 1}));
+  EXPECT_NE(of({0.0}), of({-0.0}));
+  EXPECT_EQ(of({1, 2}), of({1, 2}));
+}
+
+TEST(Toml, CollectsAllMistakesWithTheirPlaces) {
+  const TomlValue doc = parseToml("a = \"x\"\nb = [1, 2]\nc = 3\nspedd = 1\n", "f.toml");
+  Diagnostics d("f.toml");
+  const TomlReader r(doc, d);
+  r.number("a");
+  r.numbers("b", 3);
+  r.string("missing");
+  EXPECT_EQ(r.number("c"), 3);
+  r.number("speed", 0);
+  r.finish();
+  EXPECT_EQ(messageOf([&] { d.throwIfAny(); }),
+            "f.toml:1:1: \"missing\" is missing: expected text\n"
+            "f.toml:1:5: \"a\": expected a number, got text\n"
+            "f.toml:2:5: \"b\": expected a list of 3 numbers\n"
+            "f.toml:4:9: \"spedd\": no such key here. Did you mean \"speed\"? Known: a, b, c, "
+            "missing, speed");
+}
+
+TEST(Toml, SyntaxErrorsNameLineAndColumn) {
+  const std::string message = messageOf([] { parseToml("a = 1\nb = \n", "f.toml"); });
+  EXPECT_TRUE(message.starts_with("f.toml:2:")) << message;
+}
+
+TEST(Toml, MissingFileAndFolderAreNamed) {
+  EXPECT_NE(messageOf([] { readFile("no/such.toml"); }).find("no/such.toml: cannot be read: No such"),
+            std::string::npos);
+  EXPECT_NE(messageOf([] { readFile("."); }).find("got a folder"), std::string::npos);
+}
+
+const RunFile::Meta kMeta = {{"skill", "jump"}, {"seed", "1"}};
+
+TEST(RunFile, KeepsWhatItWasGiven) {
+  const fs::path file = scratch() / "deep" / "a.run";
+  {
+    RunFile run = RunFile::create(file, kMeta);
+    const TrialRow rows[] = {{0, 0, 1.5, false, "", {1, 2}},
+                             {0, 1, INFINITY, true, "fall,slip", {-0.0, 1e-300}}};
+    run.appendGeneration(0, rows, "state-0", {{"evaluations", "2"}});
+    run.putRecording("best", std::string("\0\1\2", 3));
+  }
+  const RunFile run = RunFile::open(file, false);
+  EXPECT_EQ(run.meta("skill"), "jump");
+  EXPECT_EQ(run.meta("evaluations"), "2");
+  EXPECT_EQ(run.meta("none"), std::nullopt);
+  const auto trials = run.trials();
+  ASSERT_EQ(trials.size(), 2u);
+  EXPECT_EQ(trials[0].cost, 1.5);
+  EXPECT_EQ(trials[1].cost, INFINITY);
+  EXPECT_EQ(trials[1].violated, "fall,slip");
+  EXPECT_TRUE(std::signbit(trials[1].x[0]));
+  EXPECT_EQ(run.state(), "state-0");
+  EXPECT_EQ(run.recording("best"), std::string("\0\1\2", 3));
+  EXPECT_EQ(run.recording("worst"), std::nullopt);
+}
+
+TEST(RunFile, AGenerationIsStoredWholeOrNotAtAll) {
+  RunFile run = RunFile::create(scratch() / "a.run", kMeta);
+  const TrialRow good[] = {{0, 0, 1, false, "", {1}}};
+  run.appendGeneration(0, good, "zero", {{"evaluations", "1"}});
+  const TrialRow twice[] = {{0, 0, 1, false, "", {1}}, {0, 0, 2, false, "", {2}}};
+  EXPECT_THROW(run.appendGeneration(1, twice, "one", {{"evaluations", "3"}}), SystemError);
+  EXPECT_EQ(run.trials().size(), 1u);
+  EXPECT_EQ(run.state(), "zero");
+  EXPECT_EQ(run.meta("evaluations"), "1");
+}
+
+TEST(RunFile, RefusesWhatIsNotARunAndLeavesItAlone) {
+  const fs::path dir = scratch();
+  EXPECT_NE(messageOf([&] { RunFile::open(dir / "none.run", true); }).find("no such run file"),
+            std::string::npos);
+  std::ofstream(dir / "text.run") << "this is a letter to my aunt, longer than a header";
+  EXPECT_NE(messageOf([&] { RunFile::open(dir / "text.run", true); }).find("not a database"),
+            std::string::npos);
+  EXPECT_EQ(readFile(dir / "text.run").substr(0, 4), "this");
+  RunFile::create(dir / "a.run", kMeta);
+  EXPECT_NE(messageOf([&] { RunFile::create(dir / "a.run", kMeta); }).find("exists already"),
+            std::string::npos);
+}
+
+TEST(RunFile, RefusesANewerVersionAndADamagedFile) {
+  const fs::path file = scratch() / "a.run";
+  { RunFile::create(file, {{"text", std::string(200000, 'x')}}); }
+  std::string bytes = readFile(file);
+  const auto put = [&](const std::string& content) {
+    std::ofstream(file, std::ios::binary | std::ios::trunc) << content;
+  };
+  std::string newer = bytes;
+  newer[63] = 99;  // user_version, big-endian at 60..63 of the SQLite header
+  put(newer);
+  EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("version 99, this program reads up to"),
+            std::string::npos);
+  std::string foreign = bytes;
+  foreign[68] = 0;  // application_id, at 68..71
+  put(foreign);
+  EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("not a Traceur run"),
+            std::string::npos);
+  std::string damaged = bytes;
+  for (size_t i = 4096; i < 12288; ++i) damaged[i] = 'z';
+  put(damaged);
+  EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("left as it is"), std::string::npos);
+  EXPECT_EQ(readFile(file), damaged);
+}
+
+TEST(RunFile, NoPermissionLeavesNothingBehind) {
+  const fs::path dir = scratch();
+  EXPECT_THROW(RunFile::create("/proc/nowhere/a.run", kMeta), SystemError);
+  std::ofstream(dir / "file") << "x";
+  EXPECT_THROW(RunFile::create(dir / "file" / "a.run", kMeta), SystemError);
+  EXPECT_FALSE(fs::exists(dir / "a.run"));
+}
+
+}  // namespace
+}  // namespace traceur

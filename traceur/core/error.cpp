@@ -1,0 +1,31 @@
+#include "traceur/core/error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace traceur {
+
+void Diagnostics::add(int line, int column, std::string_view message) {
+  entries_.push_back({line, column, std::string(message)});
+}
+
+void Diagnostics::throwIfAny() const {
+  if (entries_.empty()) return;
+  auto sorted = entries_;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Entry& a, const Entry& b) {
+    return std::pair(a.line, a.column) < std::pair(b.line, b.column);
+  });
+  std::string text;
+  for (const Entry& e : sorted) {
+    if (!text.empty()) text += '\n';
+    if (e.line == 0) {
+      text += fmt::format("{}: {}", file_, e.message);
+    } else {
+      text += fmt::format("{}:{}:{}: {}", file_, e.line, e.column, e.message);
+    }
+  }
+  throw InputError(text);
+}
+
+}  // namespace traceur

@@ -1,0 +1,264 @@
+#include "traceur/core/run_file.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <cstring>
+#include <functional>
+#include <limits>
+
+#include "traceur/core/error.h"
+
+namespace traceur {
+namespace {
+
+constexpr int kApplicationId = 0x54726372;  // "Trcr"
+
+constexpr const char* kSchema = R"(
+  CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE trial(generation INTEGER, number INTEGER, cost REAL, failed INTEGER NOT NULL,
+                     violated TEXT NOT NULL, x BLOB NOT NULL, PRIMARY KEY(generation, number));
+  CREATE TABLE resume(id INTEGER PRIMARY KEY CHECK(id = 0), generation INTEGER, state BLOB);
+  CREATE TABLE recording(name TEXT PRIMARY KEY, bytes BLOB NOT NULL) WITHOUT ROWID;
+)";
+
+}  // namespace
+
+struct RunFile::Impl {
+  std::filesystem::path file;
+  sqlite3* db = nullptr;
+
+  ~Impl() { sqlite3_close(db); }
+
+  /// SQLite's complaint as ours: what is wrong with the file is the caller's, the rest the machine's.
+  [[noreturn]] void fail(const std::string& what) const {
+    const int code = sqlite3_errcode(db) & 0xff;
+    const std::string message = fmt::format("{}: {}: {}", file.string(), what, sqlite3_errmsg(db));
+    if (code == SQLITE_CORRUPT || code == SQLITE_NOTADB) {
+      throw InputError(message + " (left as it is)");
+    }
+    throw SystemError(message);
+  }
+
+  void execute(const char* sql, const std::string& what) const {
+    if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail(what);
+  }
+};
+
+namespace {
+
+/// A prepared statement; columns and parameters count from 1 when bound, from 0 when read.
+class Statement {
+ public:
+  template <class Impl>
+  Statement(const Impl& impl, const char* sql) : fail_([&impl] { impl.fail("cannot be used"); }) {
+    if (sqlite3_prepare_v2(impl.db, sql, -1, &statement_, nullptr) != SQLITE_OK) fail_();
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  Statement& bind(int i, std::string_view text) {
+    sqlite3_bind_text(statement_, i, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
+    return *this;
+  }
+  Statement& bind(int i, double x) {
+    sqlite3_bind_double(statement_, i, x);
+    return *this;
+  }
+  Statement& bind(int i, int x) {
+    sqlite3_bind_int(statement_, i, x);
+    return *this;
+  }
+  Statement& bindBlob(int i, std::string_view bytes) {
+    sqlite3_bind_blob(statement_, i, bytes.data(), static_cast<int>(bytes.size()),
+                      SQLITE_TRANSIENT);
+    return *this;
+  }
+  /// @return whether there is a row
+  bool step() {
+    const int code = sqlite3_step(statement_);
+    if (code != SQLITE_ROW && code != SQLITE_DONE) fail_();
+    return code == SQLITE_ROW;
+  }
+  void run() {
+    step();
+    sqlite3_reset(statement_);
+  }
+  std::string bytes(int i) const {
+    const int n = sqlite3_column_bytes(statement_, i);
+    const void* p = sqlite3_column_blob(statement_, i);
+    return p ? std::string(static_cast<const char*>(p), n) : std::string();
+  }
+  double real(int i) const { return sqlite3_column_double(statement_, i); }
+  int integer(int i) const { return sqlite3_column_int(statement_, i); }
+  bool isNull(int i) const { return sqlite3_column_type(statement_, i) == SQLITE_NULL; }
+
+ private:
+  std::function<void()> fail_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+void putMeta(const auto& impl, const RunFile::Meta& meta) {
+  Statement insert(impl, "INSERT INTO meta VALUES(?, ?) ON CONFLICT DO UPDATE SET value = excluded.value");
+  for (const auto& [key, value] : meta) insert.bind(1, key).bind(2, value).run();
+}
+
+/// Commits when done() was called, otherwise takes everything back.
+class Transaction {
+ public:
+  explicit Transaction(sqlite3* db) : db_(db) {}
+  ~Transaction() {
+    if (!done_) sqlite3_exec(db_, "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+  void done() { done_ = true; }
+
+ private:
+  sqlite3* db_;
+  bool done_ = false;
+};
+
+}  // namespace
+
+RunFile::RunFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RunFile::~RunFile() = default;
+RunFile::RunFile(RunFile&&) noexcept = default;
+RunFile& RunFile::operator=(RunFile&&) noexcept = default;
+
+RunFile RunFile::create(const std::filesystem::path& file, const Meta& meta) {
+  std::error_code error;
+  if (std::filesystem::exists(file, error)) {
+    throw InputError(fmt::format("{}: exists already", file.string()));
+  }
+  if (file.has_parent_path()) {
+    std::filesystem::create_directories(file.parent_path(), error);
+    if (error) {
+      throw SystemError(fmt::format("{}: cannot make the folder: {}", file.parent_path().string(),
+                                    error.message()));
+    }
+  }
+  auto impl = std::make_unique<Impl>();
+  impl->file = file;
+  if (sqlite3_open_v2(file.c_str(), &impl->db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE,
+                      nullptr) != SQLITE_OK) {
+    impl->fail("cannot be made");
+  }
+  try {
+    Transaction transaction(impl->db);
+    impl->execute("BEGIN IMMEDIATE", "cannot be written");
+    impl->execute(kSchema, "cannot be written");
+    impl->execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
+                              kApplicationId, kVersion)
+                      .c_str(),
+                  "cannot be written");
+    putMeta(*impl, meta);
+    impl->execute("COMMIT", "cannot be written");
+    transaction.done();
+  } catch (...) {
+    impl.reset();
+    std::filesystem::remove(file, error);  // ours and empty: nothing half-written stays
+    throw;
+  }
+  return RunFile(std::move(impl));
+}
+
+RunFile RunFile::open(const std::filesystem::path& file, bool to_write) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    throw InputError(fmt::format("{}: no such run file", file.string()));
+  }
+  auto impl = std::make_unique<Impl>();
+  impl->file = file;
+  if (sqlite3_open_v2(file.c_str(), &impl->db,
+                      to_write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY,
+                      nullptr) != SQLITE_OK) {
+    impl->fail("cannot be opened");
+  }
+  sqlite3_busy_timeout(impl->db, 5000);
+  const auto pragma = [&](const char* name) {
+    Statement s(*impl, fmt::format("PRAGMA {}", name).c_str());
+    return s.step() ? s.bytes(0) : std::string();
+  };
+  if (pragma("application_id") != std::to_string(kApplicationId)) {
+    throw InputError(fmt::format("{}: an SQLite file, but not a Traceur run", file.string()));
+  }
+  if (const int version = std::stoi(pragma("user_version")); version > kVersion) {
+    throw InputError(fmt::format("{}: run file version {}, this program reads up to {}",
+                                 file.string(), version, kVersion));
+  }
+  if (const std::string verdict = pragma("quick_check(1)"); verdict != "ok") {
+    throw InputError(fmt::format("{}: damaged: {} (left as it is)", file.string(), verdict));
+  }
+  return RunFile(std::move(impl));
+}
+
+std::optional<std::string> RunFile::meta(const std::string& key) const {
+  Statement s(*impl_, "SELECT value FROM meta WHERE key = ?");
+  s.bind(1, key);
+  if (!s.step()) return std::nullopt;
+  return s.bytes(0);
+}
+
+void RunFile::setMeta(const Meta& meta) {
+  Transaction transaction(impl_->db);
+  impl_->execute("BEGIN IMMEDIATE", "cannot be written");
+  putMeta(*impl_, meta);
+  impl_->execute("COMMIT", "cannot be written");
+  transaction.done();
+}
+
+void RunFile::appendGeneration(int generation, std::span<const TrialRow> trials,
+                               std::string_view state, const Meta& progress) {
+  Transaction transaction(impl_->db);
+  impl_->execute("BEGIN IMMEDIATE", "cannot be written");
+  Statement insert(*impl_, "INSERT INTO trial VALUES(?, ?, ?, ?, ?, ?)");
+  for (const TrialRow& t : trials) {
+    insert.bind(1, generation).bind(2, t.number).bind(3, t.cost).bind(4, t.failed ? 1 : 0);
+    insert.bind(5, t.violated);
+    insert.bindBlob(6, {reinterpret_cast<const char*>(t.x.data()), t.x.size() * sizeof(double)});
+    insert.run();
+  }
+  Statement resume(*impl_, "INSERT OR REPLACE INTO resume VALUES(0, ?, ?)");
+  resume.bind(1, generation).bindBlob(2, state).run();
+  putMeta(*impl_, progress);
+  impl_->execute("COMMIT", "cannot be written");
+  transaction.done();
+}
+
+std::vector<TrialRow> RunFile::trials() const {
+  std::vector<TrialRow> rows;
+  Statement s(*impl_,
+              "SELECT generation, number, cost, failed, violated, x FROM trial "
+              "ORDER BY generation, number");
+  while (s.step()) {
+    TrialRow row{s.integer(0), s.integer(1), s.real(2), s.integer(3) != 0, s.bytes(4), {}};
+    if (s.isNull(2)) row.cost = std::numeric_limits<double>::quiet_NaN();  // how SQLite keeps NaN
+    const std::string x = s.bytes(5);
+    row.x.resize(x.size() / sizeof(double));
+    std::memcpy(row.x.data(), x.data(), row.x.size() * sizeof(double));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::optional<std::string> RunFile::state() const {
+  Statement s(*impl_, "SELECT state FROM resume");
+  if (!s.step()) return std::nullopt;
+  return s.bytes(0);
+}
+
+void RunFile::putRecording(const std::string& name, std::string_view bytes) {
+  Statement s(*impl_, "INSERT OR REPLACE INTO recording VALUES(?, ?)");
+  s.bind(1, name).bindBlob(2, bytes).run();
+}
+
+std::optional<std::string> RunFile::recording(const std::string& name) const {
+  Statement s(*impl_, "SELECT bytes FROM recording WHERE name = ?");
+  s.bind(1, name);
+  if (!s.step()) return std::nullopt;
+  return s.bytes(0);
+}
+
+const std::filesystem::path& RunFile::path() const { return impl_->file; }
+
+}  // namespace traceur

@@ -1,0 +1,18 @@
+// Small text helpers for messages people read.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace traceur {
+
+/// " Did you mean X?" for the candidate nearest to word (Damerau-Levenshtein distance at most a
+/// third of its length, at least 1), or "" when none is near.
+std::string didYouMean(std::string_view word, std::span<const std::string> candidates);
+
+/// "a, b, c".
+std::string join(std::span<const std::string> words, std::string_view separator = ", ");
+
+}  // namespace traceur
