@@ -1,0 +1,203 @@
+#include "traceur/sim/model.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+#include "traceur/sim/mujoco_compat.h"
+
+namespace traceur::sim {
+namespace {
+
+std::vector<std::string> namesOf(const mjModel* m, mjtObj type, int count) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) {
+    const char* name = mj_id2name(m, type, i);
+    if (name && *name) names.emplace_back(name);
+  }
+  return names;
+}
+
+[[noreturn]] void failNoName(const mjModel* m, mjtObj type, int count, std::string_view what,
+                             std::string_view name) {
+  throw InputError(fmt::format("no {} named \"{}\".{}", what, name,
+                               didYouMean(name, namesOf(m, type, count))));
+}
+
+/// Lowest point of a geom above z = 0 [m], exact for the primitive shapes.
+double lowestPoint(const mjModel* m, const mjData* d, int geom) {
+  const mjtNum* p = d->geom_xpos + 3 * geom;
+  const mjtNum* R = d->geom_xmat + 9 * geom;
+  const mjtNum* s = m->geom_size + 3 * geom;
+  const mjtNum zx = R[6], zy = R[7], zz = R[8];  // world z in the geom's axes
+  switch (m->geom_type[geom]) {
+    case mjGEOM_SPHERE:
+      return p[2] - s[0];
+    case mjGEOM_CAPSULE:
+      return p[2] - s[0] - s[1] * std::abs(zz);
+    case mjGEOM_CYLINDER:
+      return p[2] - s[0] * std::sqrt(zx * zx + zy * zy) - s[1] * std::abs(zz);
+    case mjGEOM_ELLIPSOID:
+      return p[2] - std::sqrt(s[0] * s[0] * zx * zx + s[1] * s[1] * zy * zy + s[2] * s[2] * zz * zz);
+    case mjGEOM_BOX:
+      return p[2] - s[0] * std::abs(zx) - s[1] * std::abs(zy) - s[2] * std::abs(zz);
+    case mjGEOM_MESH: {
+      const int mesh = m->geom_dataid[geom];
+      double lowest = std::numeric_limits<double>::infinity();
+      for (int k = 0; k < m->mesh_vertnum[mesh]; ++k) {
+        const float* x = m->mesh_vert + 3 * (m->mesh_vertadr[mesh] + k);
+        lowest = std::min(lowest, p[2] + zx * x[0] + zy * x[1] + zz * x[2]);
+      }
+      return lowest;
+    }
+    default:
+      return std::numeric_limits<double>::infinity();
+  }
+}
+
+}  // namespace
+
+Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
+    : mjcf_(std::move(mjcf)), robot_(std::move(robot)) {
+  std::string error;
+  model_ = loadXmlText(mjcf_, error);
+  if (!model_) {
+    throw InputError(fmt::format("{}: {}", robot_ ? robot_->file.string() : "scene", error));
+  }
+  const mjModel* m = model_;
+  // The robot comes first in the document, so its root is the first body that floats; a robot
+  // bolted to the world has the first body as root.
+  for (int b = 1; b < m->nbody && root_.value < 0; ++b) {
+    if (m->body_parentid[b] == 0 && m->body_jntnum[b] > 0 &&
+        m->jnt_type[m->body_jntadr[b]] == mjJNT_FREE) {
+      root_.value = b;
+      root_dofs_ = 6;
+    }
+  }
+  if (root_.value < 0) root_.value = m->nbody > 1 ? 1 : 0;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  for (int j = 0; j < m->njnt; ++j) {
+    if (m->body_rootid[m->jnt_bodyid[j]] != m->body_rootid[root_.value]) continue;
+    if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
+    Joint joint;
+    const char* name = mj_id2name(m, mjOBJ_JOINT, j);
+    joint.name = name ? name : fmt::format("joint {}", j);
+    joint.q = m->jnt_qposadr[j];
+    joint.v = m->jnt_dofadr[j];
+    for (int a = 0; a < m->nu; ++a) {
+      if (m->actuator_trntype[a] == mjTRN_JOINT && m->actuator_trnid[2 * a] == j) joint.motor = a;
+    }
+    joint.limit = {kNone, kNone, -kNone, kNone};
+    if (m->jnt_limited[j]) {
+      joint.limit.min = m->jnt_range[2 * j];
+      joint.limit.max = m->jnt_range[2 * j + 1];
+    }
+    if (robot_) {
+      const auto limit = robot_->limits.find(joint.name);
+      if (limit != robot_->limits.end()) joint.limit = limit->second;
+    }
+    joints_.push_back(joint);
+  }
+}
+
+Model::~Model() {
+  if (model_) mj_deleteModel(model_);
+}
+
+std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
+  std::shared_ptr<const Model> model(new Model(composeMjcf(scene), scene.robot));
+  if (const Robot* robot = scene.robot.get()) {
+    // Every name of the TOML must mean something in the model.
+    Diagnostics diagnostics(robot->file.string());
+    const auto check = [&](auto&& lookUp) {
+      try {
+        lookUp();
+      } catch (const InputError& e) {
+        diagnostics.add(0, 0, e.what());
+      }
+    };
+    for (const auto& [name, pair] : robot->mirrored) {
+      check([&] { model->joint(pair.left), model->joint(pair.right); });
+    }
+    for (const auto& [name, unused] : robot->limits) check([&] { model->joint(name); });
+    for (const auto& [name, unused] : robot->gains) check([&] { model->joint(name); });
+    for (const auto& [name, point] : robot->contacts) check([&] { model->body(point.body); });
+    for (const auto* groups : {&robot->limbs, &robot->bodies}) {
+      for (const auto& [name, list] : *groups) {
+        for (const std::string& body : list) check([&] { model->body(body); });
+      }
+    }
+    for (const auto& [name, pose] : robot->poses) check([&] { model->stateOf(pose); });
+    diagnostics.throwIfAny();
+  }
+  return model;
+}
+
+std::shared_ptr<const Model> Model::fromMjcf(const std::string& text) {
+  return std::shared_ptr<const Model>(new Model(text, nullptr));
+}
+
+int Model::nq() const { return model_->nq; }
+int Model::nv() const { return model_->nv; }
+int Model::nu() const { return model_->nu; }
+int Model::bodies() const { return model_->nbody; }
+double Model::timeStep() const { return model_->opt.timestep; }
+double Model::mass() const { return model_->body_subtreemass[root_.value]; }
+
+BodyId Model::body(std::string_view name) const {
+  const int id = mj_name2id(model_, mjOBJ_BODY, std::string(name).c_str());
+  if (id < 0) failNoName(model_, mjOBJ_BODY, model_->nbody, "body", name);
+  return {id};
+}
+
+std::string Model::bodyName(BodyId body) const {
+  const char* name = mj_id2name(model_, mjOBJ_BODY, body.value);
+  return name && *name ? name : fmt::format("body {}", body.value);
+}
+
+BodyId Model::parent(BodyId body) const { return {model_->body_parentid[body.value]}; }
+bool Model::isStatic(BodyId body) const { return model_->body_weldid[body.value] == 0; }
+double Model::bodyMass(BodyId body) const { return model_->body_mass[body.value]; }
+
+const Joint& Model::joint(std::string_view name) const {
+  for (const Joint& j : joints_) {
+    if (j.name == name) return j;
+  }
+  failNoName(model_, mjOBJ_JOINT, model_->njnt, "joint", name);
+}
+
+State Model::initialState() const {
+  return {0, Eigen::Map<const VectorXd>(model_->qpos0, nq()), VectorXd::Zero(nv())};
+}
+
+State Model::stateOf(const Pose& pose) const {
+  State state = initialState();
+  for (const auto& [name, angle] : pose.joints) state.q[joint(name).q] = angle;
+  if (root_dofs_ != 6) return state;
+  const int root = model_->jnt_qposadr[model_->body_jntadr[root_.value]];
+  const Eigen::Quaterniond R(Eigen::AngleAxisd(pose.root_rpy.z(), Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(pose.root_rpy.y(), Vector3d::UnitY()) *
+                             Eigen::AngleAxisd(pose.root_rpy.x(), Vector3d::UnitX()));
+  state.q.segment<3>(root) = Vector3d::Zero();
+  state.q.segment<4>(root + 3) << R.w(), R.x(), R.y(), R.z();
+
+  mjData* d = mj_makeData(model_);
+  Eigen::Map<VectorXd>(d->qpos, nq()) = state.q;
+  mj_kinematics(model_, d);
+  double lowest = std::numeric_limits<double>::infinity();
+  for (int g = 0; g < model_->ngeom; ++g) {
+    const bool collides = model_->geom_contype[g] || model_->geom_conaffinity[g];
+    if (collides && model_->body_rootid[model_->geom_bodyid[g]] == root_.value) {
+      lowest = std::min(lowest, lowestPoint(model_, d, g));
+    }
+  }
+  mj_deleteData(d);
+  if (std::isfinite(lowest)) state.q[root + 2] -= lowest;
+  return state;
+}
+
+}  // namespace traceur::sim

@@ -1,0 +1,97 @@
+// The immutable description every World shares.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "traceur/sim/scene.h"
+
+struct mjModel_;  // NOLINT(readability-identifier-naming): MuJoCo's name
+
+namespace traceur::sim {
+
+using Eigen::VectorXd;
+
+/// Made only by Model: a name becomes an id once, and a wrong name fails at load.
+struct BodyId {
+  int value = -1;
+  bool operator==(const BodyId&) const = default;
+};
+
+/// A hinge or slide joint with the motor that drives it.
+struct Joint {
+  std::string name;
+  int q = -1;      ///< index in q (nq)
+  int v = -1;      ///< index in v (nv)
+  int motor = -1;  ///< index in the motor command (nu); -1: not actuated
+  JointLimit limit;  ///< infinite where the robot does not say
+};
+
+/// Generalised position and velocity at a time: what a world can be put into.
+struct State {
+  double time = 0;  ///< [s]
+  VectorXd q;       ///< (nq) [m, quaternion w x y z, rad]
+  VectorXd v;       ///< (nv) [m/s in world axes, rad/s; root rotation in body axes]
+};
+
+class Model {
+ public:
+  /// @throws InputError: what MuJoCo or we found wrong, with the file
+  static std::shared_ptr<const Model> fromScene(const Scene& scene);
+  /// An MJCF text as it is.
+  static std::shared_ptr<const Model> fromMjcf(const std::string& text);
+  ~Model();
+  Model(const Model&) = delete;
+  Model& operator=(const Model&) = delete;
+
+  int nq() const;
+  int nv() const;
+  int nu() const;
+  int bodies() const;
+  double timeStep() const;  ///< [s]
+  double mass() const;      ///< of the robot: the root's subtree [kg]
+
+  /// The robot's floating body; the first body under the world where nothing floats.
+  BodyId root() const { return root_; }
+  /// Rows of v that no motor can drive: 6 for a floating base, else 0.
+  int rootDofs() const { return root_dofs_; }
+  /// @throws InputError "no body named …" with a suggestion
+  BodyId body(std::string_view name) const;
+  std::string bodyName(BodyId body) const;
+  BodyId parent(BodyId body) const;
+  /// The world and everything fixed to it has mass 0 and never moves.
+  bool isStatic(BodyId body) const;
+  double bodyMass(BodyId body) const;  ///< [kg]
+
+  /// The robot's hinges and slides, in the order of v. Props' joints are not among them.
+  const std::vector<Joint>& joints() const { return joints_; }
+  /// @throws InputError "no joint named …" with a suggestion
+  const Joint& joint(std::string_view name) const;
+
+  /// q at joint angles 0 as the file has it, v = 0.
+  State initialState() const;
+  /// The pose with the robot's lowest point on z = 0, props where the scene put them, v = 0.
+  /// @throws InputError for a joint the model lacks
+  State stateOf(const Pose& pose) const;
+
+  /// Which scene's robot this is; null for fromMjcf.
+  const std::shared_ptr<const Robot>& robot() const { return robot_; }
+  /// The MJCF this was compiled from: enough to make it again anywhere.
+  const std::string& mjcf() const { return mjcf_; }
+  const mjModel_* raw() const { return model_; }
+
+ private:
+  Model(std::string mjcf, std::shared_ptr<const Robot> robot);
+
+  std::string mjcf_;
+  std::shared_ptr<const Robot> robot_;
+  mjModel_* model_ = nullptr;
+  BodyId root_;
+  int root_dofs_ = 0;
+  std::vector<Joint> joints_;
+};
+
+}  // namespace traceur::sim

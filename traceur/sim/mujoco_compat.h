@@ -1,0 +1,25 @@
+// Every difference between MuJoCo 2.2 and 3.x that concerns us, and nothing else.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <string>
+
+namespace traceur::sim {
+
+/// Compiles an MJCF or URDF text.
+/// @return null on failure, with MuJoCo's words in error
+mjModel* loadXmlText(const std::string& text, std::string& error);
+
+/// Compiles a URDF text and writes it back as MJCF.
+/// @return empty on failure, with MuJoCo's words in error
+std::string urdfToMjcf(const std::string& urdf, std::string& error);
+
+/// Attributes for `<size>`: what the arena needs where it has to be declared.
+std::string sizeAttributes();
+
+/// Sends MuJoCo's warnings nowhere (by default it appends to MUJOCO_LOG.TXT in the working
+/// directory); divergence is read from mjData's counters instead. Called before any model exists.
+void quietMujoco();
+
+}  // namespace traceur::sim

@@ -1,0 +1,36 @@
+// What happened in one trial, sampled: enough to draw it, plot it and look at its forces anywhere.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "traceur/sim/snapshot.h"
+
+namespace traceur::sim {
+
+/// The world at one instant.
+struct Frame {
+  State state;
+  Vector3d com = Vector3d::Zero();           ///< of the robot, world [m]
+  Vector3d com_velocity = Vector3d::Zero();  ///< [m/s]
+  int phase = 0;                             ///< index in Recording::phases
+  VectorXd torque;                           ///< motor command, (nu) [N·m]
+  std::vector<Contact> contacts;
+};
+
+struct Recording {
+  std::string mjcf;                 ///< the scene: Model::fromMjcf makes it again
+  std::vector<std::string> phases;  ///< names, in order
+  std::vector<Frame> frames;        ///< equally spaced in time, the first at the start
+
+  /// Portable bytes (little-endian doubles, versioned).
+  std::string encode() const;
+  /// @throws InputError for bytes that are not a recording, or of a newer version
+  static Recording decode(std::string_view bytes);
+};
+
+/// The frame as it is now.
+Frame frameOf(const Snapshot& snapshot, int phase, const VectorXd& torque);
+
+}  // namespace traceur::sim

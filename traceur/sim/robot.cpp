@@ -1,0 +1,160 @@
+#include "traceur/sim/robot.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+
+#include "traceur/core/text.h"
+#include "traceur/core/toml.h"
+
+namespace traceur::sim {
+namespace {
+
+template <class Map>
+std::vector<std::string> keysOf(const Map& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, unused] : map) keys.push_back(key);
+  return keys;
+}
+
+void readMirrored(const TomlReader& reader, Robot& robot) {
+  for (const std::string& name : reader.names()) {
+    const TomlReader row = reader.table(name);
+    MirroredPair pair{row.string("left"), row.string("right"), row.number("sign", 1)};
+    if (std::abs(pair.sign) != 1) row.fail("sign", "\"sign\": expected 1 or -1");
+    row.finish();
+    robot.mirrored.emplace(name, pair);
+  }
+}
+
+/// Calls set(joint, row, sign) for each joint that a row's name means.
+void forEachJointRow(
+    const TomlReader& reader, const Robot& robot,
+    const std::function<void(const std::string&, const TomlReader&, double)>& set) {
+  for (const std::string& name : reader.names()) {
+    const TomlReader row = reader.table(name);
+    for (const SignedJoint& j : robot.jointsNamed(name)) set(j.joint, row, j.sign);
+    row.finish();
+  }
+}
+
+JointLimit readLimit(const TomlReader& row, double sign) {
+  JointLimit limit{row.number("torque"), row.number("speed"), 0, 0};
+  const std::vector<double> angle = row.numbers("angle", 2);
+  limit.min = sign > 0 ? angle[0] : -angle[1];
+  limit.max = sign > 0 ? angle[1] : -angle[0];
+  if (!(limit.torque > 0)) row.fail("torque", "\"torque\": expected a positive number [N·m]");
+  if (!(limit.speed > 0)) row.fail("speed", "\"speed\": expected a positive number [rad/s]");
+  if (!(angle[0] < angle[1])) row.fail("angle", "\"angle\": expected [min, max] with min < max");
+  return limit;
+}
+
+/// The <limit> of each joint of a URDF; an MJCF has none of this (its ranges are in the model).
+void readUrdfLimits(const std::filesystem::path& file, Robot& robot) {
+  tinyxml2::XMLDocument document;
+  const std::string text = readFile(file);
+  document.Parse(text.data(), text.size());
+  const tinyxml2::XMLElement* root = document.RootElement();
+  if (!root || std::string_view(root->Name()) != "robot") return;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  for (auto* j = root->FirstChildElement("joint"); j; j = j->NextSiblingElement("joint")) {
+    const tinyxml2::XMLElement* limit = j->FirstChildElement("limit");
+    const char* name = j->Attribute("name");
+    if (!limit || !name) continue;
+    JointLimit l{limit->DoubleAttribute("effort"), limit->DoubleAttribute("velocity"),
+                 limit->DoubleAttribute("lower"), limit->DoubleAttribute("upper")};
+    if (!(l.torque > 0)) l.torque = kNone;
+    if (!(l.speed > 0)) l.speed = kNone;
+    if (!(l.min < l.max)) {  // a continuous joint
+      l.min = -kNone;
+      l.max = kNone;
+    }
+    robot.limits[name] = l;
+  }
+}
+
+}  // namespace
+
+std::vector<SignedJoint> Robot::jointsNamed(const std::string& word) const {
+  const auto pair = mirrored.find(word);
+  if (pair == mirrored.end()) return {{word, 1}};
+  return {{pair->second.left, 1}, {pair->second.right, pair->second.sign}};
+}
+
+Robot Robot::fromFile(const std::filesystem::path& file) {
+  Robot robot;
+  if (file.extension() != ".toml") {
+    readFile(file);  // says what is wrong with it, if anything
+    robot.name = file.stem().string();
+    robot.file = std::filesystem::absolute(file);
+    readUrdfLimits(robot.file, robot);
+    return robot;
+  }
+  const TomlValue document = parseToml(readFile(file), file.string());
+  Diagnostics diagnostics(file.string());
+  const TomlReader reader(document, diagnostics);
+  robot.name = reader.string("name");
+  robot.description = reader.string("description", "");
+  const std::string model = reader.string("model");
+  robot.file = std::filesystem::absolute(file.parent_path() / model);
+  if (!model.empty() && !std::filesystem::is_regular_file(robot.file)) {
+    reader.fail("model", fmt::format("\"model\": no file {}", robot.file.string()));
+  } else {
+    readUrdfLimits(robot.file, robot);
+  }
+  robot.mass_scale = reader.number("mass_scale", 1);
+  if (!(robot.mass_scale > 0)) reader.fail("mass_scale", "\"mass_scale\": expected a factor > 0");
+  if (reader.has("published")) {
+    const TomlReader p = reader.table("published");
+    robot.published = PublishedFigures{p.number("mass"), p.number("height"),
+                                       p.number("com_height"),
+                                       static_cast<int>(p.number("joints")), p.string("source")};
+    p.finish();
+  }
+  readMirrored(reader.table("mirrored"), robot);
+  forEachJointRow(reader.table("limits"), robot,
+                  [&](const std::string& joint, const TomlReader& row, double sign) {
+                    robot.limits[joint] = readLimit(row, sign);
+                  });
+  forEachJointRow(reader.table("gains"), robot,
+                  [&](const std::string& joint, const TomlReader& row, double) {
+                    robot.gains[joint] = {row.number("kp"), row.number("kd")};
+                  });
+  const TomlReader limbs = reader.table("limbs");
+  for (const std::string& name : limbs.names()) robot.limbs[name] = limbs.strings(name);
+  const TomlReader bodies = reader.table("bodies");
+  for (const std::string& name : bodies.names()) robot.bodies[name] = bodies.strings(name);
+  const TomlReader contacts = reader.table("contacts");
+  for (const std::string& name : contacts.names()) {
+    const TomlReader row = contacts.table(name);
+    const std::vector<double> at = row.numbers("at", 3);
+    robot.contacts[name] = {row.string("body"), {at[0], at[1], at[2]}};
+    row.finish();
+  }
+  const TomlReader poses = reader.table("poses");
+  for (const std::string& name : poses.names()) {
+    const TomlReader row = poses.table(name);
+    Pose pose;
+    for (const std::string& key : row.names()) {
+      if (key == "root") {
+        const TomlReader root = row.table("root");
+        pose.root_rpy = {root.number("roll", 0), root.number("pitch", 0), root.number("yaw", 0)};
+        root.finish();
+        continue;
+      }
+      for (const SignedJoint& j : robot.jointsNamed(key)) {
+        pose.joints[j.joint] = j.sign * row.number(key);
+      }
+    }
+    robot.poses.emplace(name, std::move(pose));
+  }
+  reader.finish();
+  diagnostics.throwIfAny();
+  return robot;
+}
+
+}  // namespace traceur::sim

@@ -1,0 +1,362 @@
+#include "traceur/sim/scene.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <cmath>
+#include <cstring>
+#include <Eigen/Geometry>
+#include <functional>
+#include <set>
+
+#include "traceur/core/toml.h"
+#include "traceur/sim/mujoco_compat.h"
+
+namespace traceur::sim {
+namespace {
+
+using tinyxml2::XMLDocument;
+using tinyxml2::XMLElement;
+namespace fs = std::filesystem;
+
+/// Thickness of a wall behind its face [m]: more than anything penetrates at our speeds.
+constexpr double kWallThickness = 0.2;
+
+std::string numbers(const Vector3d& v) { return fmt::format("{} {} {}", v.x(), v.y(), v.z()); }
+
+std::string quaternion(const Vector3d& rpy) {
+  const Eigen::Quaterniond R(Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
+                             Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX()));
+  return fmt::format("{} {} {} {}", R.w(), R.x(), R.y(), R.z());
+}
+
+[[noreturn]] void fail(const fs::path& file, const XMLElement* at, const std::string& what) {
+  throw InputError(at ? fmt::format("{}:{}: {}", file.string(), at->GetLineNum(), what)
+                      : fmt::format("{}: {}", file.string(), what));
+}
+
+void forEachElement(XMLElement* root, const std::function<void(XMLElement*)>& visit) {
+  for (XMLElement* e = root->FirstChildElement(); e;) {
+    XMLElement* next = e->NextSiblingElement();
+    visit(e);
+    forEachElement(e, visit);
+    e = next;
+  }
+}
+
+void parse(XMLDocument& document, const std::string& text, const fs::path& file) {
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
+    throw InputError(fmt::format("{}:{}: not well-formed XML ({})", file.string(),
+                                 document.ErrorLineNum(), document.ErrorName()));
+  }
+}
+
+XMLElement* childOrNew(XMLElement* parent, const char* name) {
+  XMLElement* child = parent->FirstChildElement(name);
+  return child ? child : parent->InsertNewChildElement(name);
+}
+
+/// Puts the children of every <include file="…"/> in its place.
+void resolveIncludes(XMLElement* root, const fs::path& file, int depth = 0) {
+  if (depth > 16) fail(file, root, "includes nest deeper than 16");
+  for (XMLElement* e = root->FirstChildElement(); e;) {
+    XMLElement* next = e->NextSiblingElement();
+    if (std::strcmp(e->Name(), "include") == 0) {
+      const char* name = e->Attribute("file");
+      if (!name) fail(file, e, "<include> without a file");
+      const fs::path path = file.parent_path() / name;
+      XMLDocument included;
+      parse(included, readFile(path), path);
+      resolveIncludes(included.RootElement(), path, depth + 1);
+      tinyxml2::XMLNode* after = e;
+      for (auto* c = included.RootElement()->FirstChild(); c; c = c->NextSibling()) {
+        after = root->InsertAfterChild(after, c->DeepClone(root->GetDocument()));
+      }
+      root->DeleteChild(e);
+    } else {
+      resolveIncludes(e, file, depth);
+    }
+    e = next;
+  }
+}
+
+/// Makes mesh and texture paths absolute, so that the text can be compiled from anywhere.
+void resolveAssets(XMLElement* mujoco, const fs::path& file) {
+  fs::path mesh_dir = file.parent_path();
+  fs::path texture_dir = file.parent_path();
+  for (XMLElement* c = mujoco->FirstChildElement("compiler"); c;
+       c = c->NextSiblingElement("compiler")) {
+    if (const char* dir = c->Attribute("assetdir")) mesh_dir = texture_dir = mesh_dir / dir;
+    if (const char* dir = c->Attribute("meshdir")) mesh_dir = file.parent_path() / dir;
+    if (const char* dir = c->Attribute("texturedir")) texture_dir = file.parent_path() / dir;
+    for (const char* a : {"assetdir", "meshdir", "texturedir"}) c->DeleteAttribute(a);
+  }
+  for (XMLElement* assets = mujoco->FirstChildElement("asset"); assets;
+       assets = assets->NextSiblingElement("asset")) {
+    forEachElement(assets, [&](XMLElement* e) {
+      const bool is_mesh = std::strcmp(e->Name(), "mesh") == 0;
+      for (const tinyxml2::XMLAttribute* a = e->FirstAttribute(); a; a = a->Next()) {
+        if (std::strncmp(a->Name(), "file", 4) != 0) continue;
+        const fs::path path = (is_mesh ? mesh_dir : texture_dir) / a->Value();
+        if (!fs::is_regular_file(path)) fail(file, e, "no such asset: " + path.string());
+        e->SetAttribute(a->Name(), path.c_str());
+      }
+    });
+  }
+}
+
+/// A URDF's base floats in MuJoCo when a link named "world" carries it by a floating joint.
+/// Limits that MuJoCo 2.2 does not read from URDF (effort, velocity) come from the TOML.
+std::string mjcfOfUrdf(XMLElement* robot, const fs::path& file) {
+  std::set<std::string> children;
+  for (auto* j = robot->FirstChildElement("joint"); j; j = j->NextSiblingElement("joint")) {
+    const XMLElement* child = j->FirstChildElement("child");
+    if (child && child->Attribute("link")) children.insert(child->Attribute("link"));
+  }
+  std::string base;
+  for (auto* l = robot->FirstChildElement("link"); l; l = l->NextSiblingElement("link")) {
+    const char* name = l->Attribute("name");
+    if (name && !children.contains(name) && base.empty()) base = name;
+  }
+  if (base.empty()) fail(file, robot, "no link without a parent: where does the robot begin?");
+  if (base != "world") {
+    robot->InsertNewChildElement("link")->SetAttribute("name", "world");
+    XMLElement* joint = robot->InsertNewChildElement("joint");
+    joint->SetAttribute("name", "root");
+    joint->SetAttribute("type", "floating");
+    joint->InsertNewChildElement("parent")->SetAttribute("link", "world");
+    joint->InsertNewChildElement("child")->SetAttribute("link", base.c_str());
+  }
+  forEachElement(robot, [&](XMLElement* e) {
+    const char* name = e->Attribute("filename");
+    if (!name || std::strcmp(e->Name(), "mesh") != 0) return;
+    std::string_view text(name);
+    if (const size_t scheme = text.find("://"); scheme != text.npos) {
+      // package://name/path: looked for beside the URDF and in the folders above it.
+      text.remove_prefix(scheme + 3);
+      const fs::path inside = text.substr(std::min(text.find('/') + 1, text.size()));
+      fs::path dir = fs::absolute(file).parent_path();
+      while (!fs::is_regular_file(dir / inside) && dir.has_relative_path()) dir = dir.parent_path();
+      e->SetAttribute("filename", (dir / inside).c_str());
+    } else {
+      e->SetAttribute("filename", fs::absolute(file.parent_path() / name).c_str());
+    }
+    if (!fs::is_regular_file(e->Attribute("filename"))) {
+      fail(file, e, fmt::format("no such mesh: {}", name));
+    }
+  });
+  XMLElement* compiler = childOrNew(childOrNew(robot, "mujoco"), "compiler");
+  compiler->SetAttribute("strippath", "false");
+  compiler->SetAttribute("fusestatic", "false");
+  tinyxml2::XMLPrinter printer;
+  robot->GetDocument()->Print(&printer);
+  std::string error;
+  std::string mjcf = urdfToMjcf(printer.CStr(), error);
+  if (mjcf.empty()) fail(file, nullptr, error);
+  return mjcf;
+}
+
+void scaleMasses(XMLElement* mujoco, double factor) {
+  forEachElement(mujoco, [&](XMLElement* e) {
+    if (std::strcmp(e->Name(), "inertial") != 0) return;
+    for (const char* name : {"mass", "diaginertia", "fullinertia"}) {
+      const char* text = e->Attribute(name);
+      if (!text) continue;
+      std::string scaled;
+      for (const char* at = text; *at;) {
+        char* end = nullptr;
+        const double value = std::strtod(at, &end);
+        if (end == at) break;
+        scaled += fmt::format("{}{}", scaled.empty() ? "" : " ", value * factor);
+        at = end;
+      }
+      e->SetAttribute(name, scaled.c_str());
+    }
+  });
+}
+
+/// Writes the limits into the joints and gives each hinge or slide that has none a motor of gear 1.
+void addLimitsAndMotors(XMLElement* mujoco, const Robot& robot) {
+  double per_radian = 180 / M_PI;  // MJCF angles are degrees unless its compiler says otherwise
+  for (XMLElement* c = mujoco->FirstChildElement("compiler"); c;
+       c = c->NextSiblingElement("compiler")) {
+    const char* angle = c->Attribute("angle");
+    if (angle) per_radian = std::strcmp(angle, "radian") == 0 ? 1 : 180 / M_PI;
+  }
+  std::set<std::string> driven;
+  for (XMLElement* a = mujoco->FirstChildElement("actuator"); a;
+       a = a->NextSiblingElement("actuator")) {
+    forEachElement(a, [&](XMLElement* e) {
+      if (const char* joint = e->Attribute("joint")) driven.insert(joint);
+    });
+  }
+  XMLElement* actuators = nullptr;
+  for (XMLElement* w = mujoco->FirstChildElement("worldbody"); w;
+       w = w->NextSiblingElement("worldbody")) {
+    forEachElement(w, [&](XMLElement* e) {
+      if (std::strcmp(e->Name(), "joint") != 0 || !e->Attribute("name")) return;
+      const char* type = e->Attribute("type");
+      if (type && std::strcmp(type, "hinge") != 0 && std::strcmp(type, "slide") != 0) return;
+      const std::string name = e->Attribute("name");
+      const auto limit = robot.limits.find(name);
+      if (limit != robot.limits.end() && std::isfinite(limit->second.max)) {
+        e->SetAttribute("limited", "true");
+        e->SetAttribute("range", fmt::format("{} {}", limit->second.min * per_radian,
+                                             limit->second.max * per_radian)
+                                     .c_str());
+      }
+      if (driven.contains(name)) return;
+      if (!actuators) actuators = mujoco->InsertNewChildElement("actuator");
+      XMLElement* motor = actuators->InsertNewChildElement("motor");
+      motor->SetAttribute("name", name.c_str());
+      motor->SetAttribute("joint", name.c_str());
+    });
+  }
+}
+
+void addMaterial(XMLElement* geom, const Material& m) {
+  geom->SetAttribute("priority", 1);  // the scene's surface decides, whatever the robot's file says
+  geom->SetAttribute("condim", m.rolling > 0 ? 6 : 3);
+  // sliding [-], torsional and rolling [m]
+  geom->SetAttribute("friction", fmt::format("{} 0.005 {}", m.friction, m.rolling).c_str());
+  geom->SetAttribute("solref", fmt::format("{} 1", m.compliance).c_str());
+  geom->SetAttribute("solimp", "0.95 0.99 0.001");
+}
+
+void addGround(XMLElement* world, const Material& material) {
+  XMLElement* geom = world->InsertNewChildElement("geom");
+  geom->SetAttribute("name", "ground");
+  geom->SetAttribute("type", "plane");
+  geom->SetAttribute("size", "20 20 0.5");
+  geom->SetAttribute("material", "traceur_ground");
+  addMaterial(geom, material);
+}
+
+void addProp(XMLElement* world, const Prop& p) {
+  XMLElement* body = world->InsertNewChildElement("body");
+  body->SetAttribute("name", p.name.c_str());
+  body->SetAttribute("pos", numbers(p.position).c_str());
+  body->SetAttribute("quat", quaternion(p.rpy).c_str());
+  if (p.mass > 0) body->InsertNewChildElement("freejoint")->SetAttribute("name", p.name.c_str());
+  XMLElement* geom = body->InsertNewChildElement("geom");
+  geom->SetAttribute("name", p.name.c_str());
+  switch (p.shape) {
+    case Prop::Shape::kBox:
+      geom->SetAttribute("type", "box");
+      geom->SetAttribute("size", numbers(p.size).c_str());
+      break;
+    case Prop::Shape::kBall:
+      geom->SetAttribute("type", "sphere");
+      geom->SetAttribute("size", p.size.x());
+      break;
+    case Prop::Shape::kCapsule:
+      geom->SetAttribute("type", "capsule");
+      geom->SetAttribute("size", fmt::format("{} {}", p.size.x(), p.size.y()).c_str());
+      break;
+  }
+  if (p.mass > 0) {
+    geom->SetAttribute("mass", p.mass);
+    if (p.hollow) {
+      const double inertia = 2.0 / 3.0 * p.mass * p.size.x() * p.size.x();
+      XMLElement* inertial = body->InsertNewChildElement("inertial");
+      inertial->SetAttribute("pos", "0 0 0");
+      inertial->SetAttribute("mass", p.mass);
+      inertial->SetAttribute("diaginertia", numbers(Vector3d::Constant(inertia)).c_str());
+    }
+  }
+  geom->SetAttribute("rgba", p.mass > 0 ? "0.85 0.45 0.15 1" : "0.62 0.66 0.70 1");
+  addMaterial(geom, p.material);
+}
+
+/// Sky, light and ground grid: what makes a picture readable. No effect on the physics.
+constexpr const char* kLook = R"(
+<mujoco>
+  <visual>
+    <headlight ambient="0.35 0.35 0.35" diffuse="0.35 0.35 0.35" specular="0.1 0.1 0.1"/>
+    <quality shadowsize="4096" offsamples="8"/>
+    <map znear="0.005" shadowclip="1"/>
+  </visual>
+  <asset>
+    <texture name="traceur_sky" type="skybox" builtin="gradient" rgb1="0.93 0.95 0.97" rgb2="0.72 0.79 0.86" width="128" height="768"/>
+    <texture name="traceur_grid" type="2d" builtin="checker" rgb1="0.86 0.88 0.90" rgb2="0.80 0.83 0.86" mark="edge" markrgb="0.62 0.66 0.70" width="256" height="256"/>
+    <material name="traceur_ground" texture="traceur_grid" texrepeat="10 10" texuniform="true" reflectance="0"/>
+  </asset>
+  <worldbody>
+    <light name="traceur_sun" directional="true" pos="0 0 4" dir="0.3 0.4 -1" diffuse="0.55 0.55 0.55" specular="0.15 0.15 0.15" castshadow="true"/>
+  </worldbody>
+</mujoco>)";
+
+void addLook(XMLElement* mujoco) {
+  XMLDocument look;
+  look.Parse(kLook);
+  for (auto* c = look.RootElement()->FirstChild(); c; c = c->NextSibling()) {
+    mujoco->InsertEndChild(c->DeepClone(mujoco->GetDocument()));
+  }
+}
+
+}  // namespace
+
+Prop wall(std::string name, const Vector3d& position, double yaw, double width, double height) {
+  const Vector3d facing(std::cos(yaw), std::sin(yaw), 0);
+  return {.name = std::move(name),
+          .shape = Prop::Shape::kBox,
+          .size = {kWallThickness / 2, width / 2, height / 2},
+          .position = position - facing * kWallThickness / 2 + Vector3d(0, 0, height / 2),
+          .rpy = {0, 0, yaw}};
+}
+
+Prop rail(std::string name, const Vector3d& from, const Vector3d& to, double radius) {
+  const Vector3d along = to - from;
+  // A capsule's axis is its z: pitch it down to the horizontal, then yaw it.
+  const double pitch = std::atan2(along.head<2>().norm(), along.z());
+  const double yaw = std::atan2(along.y(), along.x());
+  return {.name = std::move(name),
+          .shape = Prop::Shape::kCapsule,
+          .size = {radius, along.norm() / 2, 0},
+          .position = (from + to) / 2,
+          .rpy = {0, pitch, yaw}};
+}
+
+std::string composeMjcf(const Scene& scene) {
+  if (!(scene.time_step > 0)) {
+    throw InputError(fmt::format("scene: time step {} s: expected > 0", scene.time_step));
+  }
+  XMLDocument document;
+  const fs::path file = scene.robot ? scene.robot->file : fs::path("scene");
+  parse(document, scene.robot ? readFile(file) : "<mujoco/>", file);
+  XMLElement* root = document.RootElement();
+  if (root && std::strcmp(root->Name(), "robot") == 0) {
+    const std::string mjcf = mjcfOfUrdf(root, file);
+    parse(document, mjcf, file);
+    root = document.RootElement();
+  } else if (!root || std::strcmp(root->Name(), "mujoco") != 0) {
+    fail(file, root, fmt::format("expected <mujoco> (MJCF) or <robot> (URDF), got <{}>",
+                                 root ? root->Name() : ""));
+  } else {
+    resolveIncludes(root, file);
+    resolveAssets(root, file);
+  }
+  if (scene.robot) {
+    if (scene.robot->mass_scale != 1) scaleMasses(root, scene.robot->mass_scale);
+    addLimitsAndMotors(root, *scene.robot);
+  }
+  XMLElement* option = root->InsertNewChildElement("option");
+  option->SetAttribute("timestep", scene.time_step);
+  option->SetAttribute("gravity", numbers(scene.gravity).c_str());
+  option->SetAttribute("integrator", "Euler");
+  if (const std::string size = sizeAttributes(); !size.empty()) {
+    XMLDocument fragment;
+    fragment.Parse(("<size " + size + "/>").c_str());
+    root->InsertEndChild(fragment.RootElement()->DeepClone(&document));
+  }
+  addLook(root);
+  XMLElement* world = root->InsertNewChildElement("worldbody");
+  if (scene.ground) addGround(world, scene.ground_material);
+  for (const Prop& p : scene.props) addProp(world, p);
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  return printer.CStr();
+}
+
+}  // namespace traceur::sim

@@ -1,0 +1,58 @@
+// What a skill happens in: a robot, the ground and a few props, composed into one Model.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "traceur/sim/robot.h"
+
+namespace traceur::sim {
+
+/// How a surface of the scene meets the robot (its material then decides) or another one (the larger
+/// friction then counts). Contact softness decides impact forces, so every comparison fixes it.
+struct Material {
+  double friction = 1.0;  ///< Coulomb coefficient
+  double rolling = 0.0;   ///< rolling friction as a lever arm [m]; 0: rolls on
+  /// Time constant of the contact's critically damped spring [s], MuJoCo's solref; the solver needs
+  /// at least twice the time step. 0.004 s: 1.5-2 cm deep at 7-9 m/s, a third of a millimetre under
+  /// a standing robot [ours].
+  double compliance = 0.004;
+};
+
+/// A body or obstacle beside the robot.
+struct Prop {
+  enum class Shape { kBox, kBall, kCapsule };
+  std::string name;
+  Shape shape = Shape::kBox;
+  /// Half lengths (box), {radius, ·, ·} (ball), {radius, half length of the axis, ·} (capsule) [m].
+  Vector3d size = Vector3d::Constant(0.1);
+  Vector3d position = Vector3d::Zero();  ///< centre, world [m]
+  Vector3d rpy = Vector3d::Zero();       ///< fixed axes [rad]
+  double mass = 0;                       ///< [kg]; 0: fixed to the world
+  bool hollow = false;                   ///< a ball's mass in its shell: I = 2/3 m r²
+  Material material = {};
+};
+
+/// An obstacle one can stand on or run into, fixed to the world: an upright slab `thickness` behind
+/// its face. The face passes through `position` and looks along the yaw direction.
+Prop wall(std::string name, const Vector3d& position, double yaw, double width, double height);
+/// A horizontal round bar between two points, fixed to the world.
+Prop rail(std::string name, const Vector3d& from, const Vector3d& to, double radius);
+
+struct Scene {
+  std::shared_ptr<const Robot> robot = nullptr;  ///< may be null: props alone
+  bool ground = true;                  ///< the plane z = 0
+  Material ground_material = {};
+  std::vector<Prop> props = {};
+  double time_step = 0.001;                  ///< [s]
+  Vector3d gravity = Vector3d(0, 0, -9.81);  ///< [m/s²]
+};
+
+/// The scene as one self-contained MJCF document (absolute asset paths): the robot's file with its
+/// masses scaled, its limits and one motor per hinge put in, ground, props, lights and sky.
+/// @throws InputError naming the file and what is wrong in it
+std::string composeMjcf(const Scene& scene);
+
+}  // namespace traceur::sim

@@ -1,0 +1,466 @@
+// The simulator held against analytic truth.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <fstream>
+
+#include "traceur/core/random.h"
+#include "traceur/sim/recording.h"
+#include "traceur/sim/world.h"
+
+namespace traceur::sim {
+namespace {
+
+constexpr double kG = 9.81;
+
+std::shared_ptr<const Robot> bioloid() {
+  static const auto kRobot =
+      std::make_shared<const Robot>(Robot::fromFile("models/bioloid-gp/robot.toml"));
+  return kRobot;
+}
+
+Torque none(const Model& model) { return {VectorXd::Zero(model.nu())}; }
+
+/// A robot thrown into the air, all joints moving.
+State thrown(const Model& model) {
+  Random random(7);
+  State s = model.initialState();
+  for (const Joint& j : model.joints()) s.q[j.q] += random.uniform(-0.3, 0.3);
+  for (double& v : s.v) v = random.uniform(-1, 1);
+  s.q[2] += 5;
+  return s;
+}
+
+std::shared_ptr<const Model> inSpace(double time_step, double gravity) {
+  Scene scene{.robot = bioloid(), .ground = false, .time_step = time_step};
+  scene.gravity = {0, 0, -gravity};
+  return Model::fromScene(scene);
+}
+
+std::shared_ptr<const Model> onGround(std::vector<Prop> props = {}) {
+  return Model::fromScene({.robot = bioloid(), .props = std::move(props)});
+}
+
+std::shared_ptr<const Model> props(std::vector<Prop> list, double time_step = 0.001) {
+  return Model::fromScene({.props = std::move(list), .time_step = time_step});
+}
+
+TEST(FreeFall, BallFollowsTheParabola) {
+  Prop ball{.name = "ball", .shape = Prop::Shape::kBall, .position = {0, 0, 10}, .mass = 1};
+  const auto model = props({ball});
+  World world(model);
+  State s = world.state();
+  s.v.head<3>() << 3, -2, 1;
+  world.reset(s);
+  const int n = 500;
+  for (int i = 0; i < n; ++i) world.step(none(*model));
+  const double t = n * 0.001;
+  EXPECT_NEAR(world.snapshot().com().x(), 3 * t, 1e-12);
+  EXPECT_NEAR(world.snapshot().comVelocity().z(), 1 - kG * t, 1e-12);
+  // Semi-implicit Euler lies exactly g·t·Δt/2 below the parabola.
+  EXPECT_NEAR(world.snapshot().com().z(), 10 + t - kG * t * t / 2 - kG * t * 0.001 / 2, 1e-12);
+}
+
+TEST(FreeFall, BallDroppedOnTheGroundRestsOnItAndWeighsItsWeight) {
+  Prop ball{.name = "ball",
+            .shape = Prop::Shape::kBall,
+            .size = Vector3d::Constant(0.05),
+            .position = {0, 0, 0.2},
+            .mass = 2};
+  const auto model = props({ball});
+  World world(model);
+  for (int i = 0; i < 3000; ++i) world.step(none(*model));
+  EXPECT_NEAR(world.snapshot().com().z(), 0.05, 1e-3);
+  ASSERT_EQ(world.snapshot().contacts().size(), 1u);
+  EXPECT_NEAR(world.snapshot().contacts()[0].f_WC.z(), 2 * kG, 1e-4);
+  EXPECT_EQ(model->bodyName(world.snapshot().contacts()[0].body_b), "ball");
+}
+
+TEST(Flight, LinearMomentumOfAnArticulatedBodyIsKeptTo1e9) {
+  const auto model = inSpace(0.001, 0);
+  World world(model);
+  world.reset(thrown(*model));
+  const Vector3d before = world.snapshot().linearMomentum();
+  double worst = 0;
+  for (int i = 0; i < 500; ++i) {
+    world.step(none(*model));
+    worst = std::max(worst, (world.snapshot().linearMomentum() - before).norm());
+  }
+  EXPECT_LT(worst, 1e-9);
+}
+
+TEST(Flight, GravityChangesLinearMomentumByWeightTimesTime) {
+  const auto model = inSpace(0.001, kG);
+  World world(model);
+  world.reset(thrown(*model));
+  const Vector3d before = world.snapshot().linearMomentum();
+  for (int i = 0; i < 400; ++i) world.step(none(*model));
+  const Vector3d expected = before + model->mass() * Vector3d(0, 0, -kG) * 0.4;
+  EXPECT_LT((world.snapshot().linearMomentum() - expected).norm(), 1e-9);
+}
+
+TEST(Flight, AngularMomentumDriftShrinksWithTheStep) {
+  // Semi-implicit Euler is of first order: half the step, half the drift.
+  const auto drift = [](double time_step) {
+    const auto model = inSpace(time_step, 0);
+    World world(model);
+    world.reset(thrown(*model));
+    const Vector3d before = world.snapshot().angularMomentum();
+    const int n = static_cast<int>(std::lround(0.3 / time_step));
+    for (int i = 0; i < n; ++i) world.step(none(*model));
+    return (world.snapshot().angularMomentum() - before).norm() / before.norm();
+  };
+  const double coarse = drift(0.002);
+  const double fine = drift(0.0005);
+  EXPECT_LT(fine, 1e-3);
+  EXPECT_NEAR(coarse / fine, 4, 0.4);
+}
+
+TEST(RigidBody, TorqueFreeSymmetricTopPrecessesAtItsClosedFormRate) {
+  // A box with Ixx = Iyy: in the body's frame the angular velocity turns about z at the rate
+  // (Izz - Ixx)/Ixx · ω_z [Goldstein2002, §5.6].
+  Scene scene{.ground = false,
+              .props = {{.name = "top", .size = {0.1, 0.1, 0.3}, .position = {0, 0, 5}, .mass = 3}},
+              .time_step = 0.0005};
+  scene.gravity.setZero();
+  const auto model = Model::fromScene(scene);
+  World world(model);
+  State s = world.state();
+  s.v.tail<3>() << 0.5, 0, 8;
+  world.reset(s);
+  const double Ixx = 3.0 / 3 * (0.1 * 0.1 + 0.3 * 0.3);
+  const double Izz = 3.0 / 3 * (0.1 * 0.1 + 0.1 * 0.1);
+  const double rate = (Izz - Ixx) / Ixx * 8;
+  const int n = 1000;
+  for (int i = 0; i < n; ++i) world.step({VectorXd(0)});
+  const double t = n * 0.0005;
+  const auto v = world.snapshot().v();
+  EXPECT_NEAR(v[3], 0.5 * std::cos(rate * t), 5e-3);
+  EXPECT_NEAR(v[4], 0.5 * std::sin(rate * t), 5e-3);
+  EXPECT_NEAR(v[5], 8, 1e-3);
+}
+
+TEST(Snapshot, AngularMomentumIsInertiaTimesAngularVelocity) {
+  Scene scene{.ground = false, .props = {{.name = "box", .size = {0.1, 0.2, 0.3}, .mass = 6}}};
+  const auto model = Model::fromScene(scene);
+  World world(model);
+  State s = world.state();
+  s.v << 1, 2, 3, 0.3, -0.5, 0.7;  // it moves, too: about the COM that must not matter
+  world.reset(s);
+  const Vector3d I(6.0 / 3 * (0.04 + 0.09), 6.0 / 3 * (0.01 + 0.09), 6.0 / 3 * (0.01 + 0.04));
+  const Vector3d expected = I.cwiseProduct(s.v.tail<3>());
+  EXPECT_LT((world.snapshot().angularMomentum() - expected).norm(), 1e-12);
+  EXPECT_LT((world.snapshot().linearMomentum() - Vector3d(6, 12, 18)).norm(), 1e-12);
+}
+
+TEST(Ground, SupportPolygonIsTheHullOfBothSoles) {
+  const auto model = onGround();
+  World world(model);
+  world.reset(model->stateOf(bioloid()->poses.at("stand")));
+  EXPECT_FALSE(world.snapshot().touchesWorld());  // exactly on the ground, pressing nowhere yet
+  for (int i = 0; i < 5; ++i) world.step(none(*model));
+  EXPECT_TRUE(world.snapshot().touchesWorld());
+  const std::vector<Vector2d> polygon = world.snapshot().supportPolygon();
+  ASSERT_GE(polygon.size(), 4u);
+  double area = 0;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Vector2d& a = polygon[i];
+    const Vector2d& b = polygon[(i + 1) % polygon.size()];
+    area += (a.x() * b.y() - a.y() * b.x()) / 2;
+  }
+  EXPECT_NEAR(area, 0.097 * 0.128, 0.0005);  // soles 97 mm long, 128 mm across both
+}
+
+TEST(Ground, AStackOfBoxesPressesWithItsWeightWhereItStands) {
+  const auto model = props({{.name = "lower", .size = {0.2, 0.2, 0.1}, .position = {1, 2, 0.1}, .mass = 5}});
+  World world(model);
+  for (int i = 0; i < 1000; ++i) world.step({VectorXd(0)});
+  ASSERT_TRUE(world.snapshot().cop());
+  EXPECT_NEAR(((*world.snapshot().cop()).head<2>() - Vector2d(1, 2)).norm(), 0, 1e-6);
+  double fz = 0;
+  for (const Contact& c : world.snapshot().contacts()) fz += c.f_WC.z();
+  EXPECT_NEAR(fz, 5 * kG, 1e-5);
+  EXPECT_EQ(world.snapshot().supportPolygon().size(), 4u);
+}
+
+TEST(Ground, FrictionHoldsABoxBelowItsConeAndLetsItSlideAbove) {
+  for (const double slope : {0.25, 0.35}) {  // tan; friction 0.3
+    Prop box{.name = "box", .size = {0.1, 0.1, 0.05}, .position = {0, 0, 0.05}, .mass = 1};
+    box.material.friction = 0.3;
+    Scene scene{.ground_material = {.friction = 0.3}, .props = {box}};
+    const double angle = std::atan(slope);
+    scene.gravity = {kG * std::sin(angle), 0, -kG * std::cos(angle)};
+    const auto model = Model::fromScene(scene);
+    World world(model);
+    for (int i = 0; i < 1000; ++i) world.step({VectorXd(0)});
+    const double v = world.snapshot().comVelocity().x();
+    if (slope < 0.3) {
+      EXPECT_LT(v, 0.01);
+    } else {
+      EXPECT_NEAR(v, kG * (std::sin(angle) - 0.3 * std::cos(angle)), 0.05);
+    }
+  }
+}
+
+TEST(Jacobians, AgreeWithFiniteDifferences) {
+  const auto model = inSpace(0.001, kG);
+  World world(model);
+  const State s = thrown(*model);
+  world.reset(s);
+  const BodyId hand = model->body("l_hand");
+  const Vector3d p_BP(0.03, -0.01, 0.02);
+  Matrix3Xd J(3, model->nv());
+  Matrix3Xd J_com(3, model->nv());
+  world.snapshot().pointJacobian(hand, p_BP, J);
+  world.snapshot().comJacobian(J_com);
+  EXPECT_LT((J_com * s.v - world.snapshot().comVelocity()).norm(), 1e-12);
+  const auto point = [&](const State& at) {
+    world.reset(at);
+    const Snapshot& w = world.snapshot();
+    return std::pair(Vector3d(w.bodyPosition(hand) + w.bodyRotation(hand) * p_BP), w.com());
+  };
+  const double h = 1e-6;
+  for (int i = 0; i < model->nv(); ++i) {
+    // Translation and hinges; the quaternion's three columns are checked through J·v above.
+    if (i >= 3 && i < 6) continue;
+    State plus = s;
+    State minus = s;
+    const int q = i < 3 ? i : i + 1;
+    plus.q[q] += h;
+    minus.q[q] -= h;
+    const auto [p1, c1] = point(plus);
+    const auto [p0, c0] = point(minus);
+    EXPECT_LT(((p1 - p0) / (2 * h) - J.col(i)).norm(), 1e-8) << "dof " << i;
+    EXPECT_LT(((c1 - c0) / (2 * h) - J_com.col(i)).norm(), 1e-8) << "dof " << i;
+  }
+}
+
+TEST(Jacobians, PointForceDoesTheWorkOfTheForce) {
+  const auto model = inSpace(0.001, kG);
+  World world(model);
+  const State s = thrown(*model);
+  world.reset(s);
+  const BodyId foot = model->body("r_foot");
+  const Vector3d p_BP(0.02, 0.01, -0.03);
+  const Vector3d f(3, -4, 5);
+  VectorXd tau = VectorXd::Constant(model->nv(), 0.5);
+  world.snapshot().addPointForce(foot, p_BP, f, tau);
+  Matrix3Xd J(3, model->nv());
+  world.snapshot().pointJacobian(foot, p_BP, J);
+  EXPECT_NEAR((tau.array() - 0.5).matrix().dot(s.v), f.dot(J * s.v), 1e-12);
+}
+
+TEST(SolveInertia, InvertsTheMassMatrixPlusADiagonal) {
+  // M·v by finite differences of what a torque does: M v̇ = τ - bias, so M⁻¹ must reproduce the
+  // engine's own acceleration.
+  const auto model = inSpace(1e-5, kG);
+  World world(model);
+  const State s = thrown(*model);
+  world.reset(s);
+  VectorXd b(model->nv());
+  world.snapshot().externalForce(b);
+  Torque torque{VectorXd::LinSpaced(model->nu(), -0.3, 0.3)};
+  for (const Joint& j : model->joints()) b[j.v] += torque.tau[j.motor];
+  // Euler's own implicit joint damping is 0.1·Δt on the hinges.
+  VectorXd d = VectorXd::Zero(model->nv());
+  for (const Joint& j : model->joints()) d[j.v] = 0.1 * 1e-5;
+  world.snapshot().solveInertia(d, b);
+  world.step(torque);
+  const VectorXd vdot = (world.state().v - s.v) / 1e-5;
+  EXPECT_LT((vdot - b).tail(model->nv() - 6).norm() / b.norm(), 1e-6);
+}
+
+TEST(World, EqualResetsGiveEqualBitsAlsoInAUsedWorld) {
+  const auto model = onGround();
+  const State start = model->stateOf(bioloid()->poses.at("crouch"));
+  const auto run = [&](World& world) {
+    world.reset(start);
+    for (int i = 0; i < 300; ++i) world.step(none(*model));
+    return world.state();
+  };
+  World used(model);
+  used.push(model->root(), {30, 0, 0});
+  for (int i = 0; i < 77; ++i) used.step(none(*model));
+  World fresh(model);
+  const State a = run(used);
+  const State b = run(fresh);
+  EXPECT_EQ(a.q, b.q);
+  EXPECT_EQ(a.v, b.v);
+}
+
+TEST(World, PushChangesMomentumByForceTimesTime) {
+  const auto model = inSpace(0.001, 0);
+  World world(model);
+  world.reset(model->initialState());
+  world.push(model->root(), {5, 0, 0});
+  for (int i = 0; i < 100; ++i) world.step(none(*model));
+  EXPECT_NEAR(world.snapshot().linearMomentum().x(), 0.5, 1e-3);
+}
+
+TEST(World, JointForceOfAHangingChainIsTheWeightBelow) {
+  const auto model = Model::fromMjcf(R"(<mujoco><worldbody>
+    <body name="upper" pos="0 0 2"><joint axis="0 0 1"/><geom type="box" size=".1 .1 .1" mass="3"/>
+      <body name="lower" pos="0 0 -.5"><joint axis="0 0 1"/><geom type="box" size=".1 .1 .1" mass="2"/>
+      </body></body></worldbody></mujoco>)");
+  World world(model, {.joint_forces = true});
+  world.step(none(*model));
+  const Matrix3Xd& f = world.snapshot().jointForces();
+  EXPECT_NEAR((f.col(model->body("upper").value) - Vector3d(0, 0, 5 * kG)).norm(), 0, 1e-9);
+  EXPECT_NEAR((f.col(model->body("lower").value) - Vector3d(0, 0, 2 * kG)).norm(), 0, 1e-9);
+}
+
+TEST(World, ADivergedSimulationSaysSoAndRecoversByReset) {
+  const auto model = onGround();
+  World world(model);
+  State s = model->initialState();
+  s.v.setConstant(1e12);
+  world.reset(s);
+  for (int i = 0; i < 5; ++i) world.step(none(*model));
+  EXPECT_TRUE(world.diverged());
+  world.reset(model->initialState());
+  EXPECT_FALSE(world.diverged());
+}
+
+TEST(World, WrongStatesAreRefused) {
+  const auto model = onGround();
+  World world(model);
+  State s = model->initialState();
+  s.q.conservativeResize(3);
+  try {
+    world.reset(s);
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_STREQ(e.what(), "World::reset: expected q(23), v(22), got q(3), v(22)");
+  }
+  s = model->initialState();
+  s.v[3] = std::nan("");
+  EXPECT_THROW(world.reset(s), InputError);
+}
+
+TEST(Scene, WallAndRailStandWhereTheyAreAsked) {
+  const auto model = onGround({wall("wall", {1, 0, 0}, M_PI, 2, 1.5),
+                               rail("rail", {0.5, -0.5, 0.3}, {0.5, 0.5, 0.3}, 0.02)});
+  World world(model);
+  const Snapshot& s = world.snapshot();
+  EXPECT_NEAR(s.bodyPosition(model->body("wall")).x(), 1.1, 1e-9);  // its face at x = 1 looks at -x
+  EXPECT_NEAR(s.bodyPosition(model->body("wall")).z(), 0.75, 1e-9);
+  const Vector3d axis = s.bodyRotation(model->body("rail")).col(2);
+  EXPECT_NEAR(std::abs(axis.y()), 1, 1e-9);
+  EXPECT_TRUE(model->isStatic(model->body("rail")));
+}
+
+TEST(Scene, SofterGroundSinksDeeper) {
+  const auto depth = [](double compliance) {
+    Prop ball{.name = "ball", .shape = Prop::Shape::kBall, .size = Vector3d::Constant(0.05),
+              .position = {0, 0, 0.05}, .mass = 5};
+    ball.material.compliance = compliance;
+    Scene scene{.ground_material = {.compliance = compliance}, .props = {ball}};
+    const auto model = Model::fromScene(scene);
+    World world(model);
+    State s = world.state();
+    s.v[2] = -2;
+    world.reset(s);
+    double lowest = 1;
+    for (int i = 0; i < 200; ++i) {
+      world.step({VectorXd(0)});
+      lowest = std::min(lowest, world.snapshot().com().z());
+    }
+    return 0.05 - lowest;
+  };
+  EXPECT_GT(depth(0.02), 2 * depth(0.004));
+}
+
+TEST(Model, UnknownNamesAreRefusedWithASuggestion) {
+  const auto model = onGround();
+  try {
+    model->body("l_fot");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_STREQ(e.what(), "no body named \"l_fot\". Did you mean \"l_foot\"?");
+  }
+  EXPECT_THROW(model->joint("knee"), InputError);
+}
+
+TEST(Model, UrdfFloatsAndKeepsItsLimits) {
+  const std::string path = testing::TempDir() + "pendulum.urdf";
+  std::ofstream(path) << R"(<robot name="two">
+    <link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+    <link name="arm"><inertial><origin xyz="0 0 -0.1"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="swing" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+      <limit lower="-1" upper="2" effort="7" velocity="3"/></joint></robot>)";
+  const auto robot = std::make_shared<const Robot>(Robot::fromFile(path));
+  const auto model = Model::fromScene({.robot = robot});
+  EXPECT_EQ(model->rootDofs(), 6);
+  EXPECT_NEAR(model->mass(), 3, 1e-12);
+  ASSERT_EQ(model->joints().size(), 1u);
+  EXPECT_EQ(model->nu(), 1);
+  const JointLimit& limit = model->joint("swing").limit;
+  EXPECT_EQ(limit.torque, 7);
+  EXPECT_EQ(limit.speed, 3);
+  EXPECT_EQ(limit.max, 2);
+  const State s = model->stateOf({});
+  EXPECT_NEAR(s.q[2], 0.1, 1e-9);  // the box's lower face on the ground
+}
+
+TEST(Model, BrokenFilesNameFileAndLine) {
+  const auto message = [](const std::string& text, const std::string& name) {
+    const std::string path = testing::TempDir() + name;
+    std::ofstream(path) << text;
+    try {
+      Model::fromScene({.robot = std::make_shared<const Robot>(Robot::fromFile(path))});
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_NE(message("<mujoco>\n<worldbody>\n</mujoco>", "a.xml").find("a.xml:2:"), std::string::npos);
+  EXPECT_NE(message("<html/>", "b.xml").find("expected <mujoco>"), std::string::npos);
+  EXPECT_NE(message("<mujoco><worldbody><body><geom typ='box'/></body></worldbody></mujoco>", "c.xml")
+                .find("typ"), std::string::npos);
+  EXPECT_NE(message("<mujoco><asset><mesh file='x.stl'/></asset></mujoco>", "d.xml")
+                .find("no such asset"), std::string::npos);
+}
+
+TEST(Robot, ReportsEveryMistakeAtOnce) {
+  const std::string path = testing::TempDir() + "robot.toml";
+  std::ofstream(path) << "name = \"x\"\nmodel = \"nowhere.xml\"\nmas_scale = 2\n"
+                         "[mirrored]\nhip = { left = \"a\", right = \"b\", sign = 3 }\n"
+                         "[limits]\nknee = { torque = -1, speed = 2, angle = [1, 0] }\n";
+  try {
+    Robot::fromFile(path);
+    FAIL();
+  } catch (const InputError& e) {
+    const std::string text = e.what();
+    EXPECT_NE(text.find(":2:9: \"model\": no file"), std::string::npos) << text;
+    EXPECT_NE(text.find("Did you mean \"mass_scale\"?"), std::string::npos) << text;
+    EXPECT_NE(text.find("expected 1 or -1"), std::string::npos) << text;
+    EXPECT_NE(text.find("\"torque\": expected a positive"), std::string::npos) << text;
+    EXPECT_NE(text.find("min < max"), std::string::npos) << text;
+  }
+}
+
+TEST(Recording, BytesComeBackAndDamageIsRefused) {
+  const auto model = onGround();
+  World world(model);
+  world.reset(model->stateOf({}));
+  Recording r{model->mjcf(), {"one", "two"}, {}};
+  for (int i = 0; i < 3; ++i) {
+    world.step(none(*model));
+    r.frames.push_back(frameOf(world.snapshot(), 1, VectorXd::Constant(16, i)));
+  }
+  const std::string bytes = r.encode();
+  const Recording back = Recording::decode(bytes);
+  EXPECT_EQ(back.encode(), bytes);
+  EXPECT_EQ(back.frames[2].state.q, world.state().q);
+  EXPECT_EQ(back.frames[2].contacts.size(), world.snapshot().contacts().size());
+  EXPECT_NO_THROW(Model::fromMjcf(back.mjcf));
+  for (const size_t cut : {size_t(0), size_t(3), size_t(30), bytes.size() / 2, bytes.size() - 1}) {
+    EXPECT_THROW(Recording::decode(std::string_view(bytes).substr(0, cut)), InputError) << cut;
+  }
+}
+
+}  // namespace
+}  // namespace traceur::sim

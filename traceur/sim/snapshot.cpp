@@ -1,0 +1,193 @@
+#include "traceur/sim/snapshot.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "traceur/sim/mujoco_compat.h"
+
+namespace traceur::sim {
+namespace {
+
+Vector3d vec(const mjtNum* p) { return {p[0], p[1], p[2]}; }
+
+}  // namespace
+
+double Snapshot::time() const { return data_->time; }
+
+Eigen::Map<const VectorXd> Snapshot::q() const {
+  return Eigen::Map<const VectorXd>(data_->qpos, model_->nq());
+}
+Eigen::Map<const VectorXd> Snapshot::v() const {
+  return Eigen::Map<const VectorXd>(data_->qvel, model_->nv());
+}
+
+Vector3d Snapshot::com() const { return vec(data_->subtree_com + 3 * model_->root().value); }
+
+Vector3d Snapshot::comVelocity() const {
+  if (!has_velocities_) {
+    mj_subtreeVel(model_->raw(), data_);
+    has_velocities_ = true;
+  }
+  return vec(data_->subtree_linvel + 3 * model_->root().value);
+}
+
+Vector3d Snapshot::linearMomentum() const { return model_->mass() * comVelocity(); }
+
+Vector3d Snapshot::angularMomentum() const {
+  comVelocity();
+  return vec(data_->subtree_angmom + 3 * model_->root().value);
+}
+
+Vector3d Snapshot::bodyPosition(BodyId body) const { return vec(data_->xpos + 3 * body.value); }
+
+Matrix3d Snapshot::bodyRotation(BodyId body) const {
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  return Eigen::Map<const RowMajor>(data_->xmat + 9 * body.value);
+}
+
+Vector3d Snapshot::bodyCom(BodyId body) const { return vec(data_->xipos + 3 * body.value); }
+
+Vector3d Snapshot::bodyVelocity(BodyId body) const {
+  mjtNum velocity[6];  // rotation, then translation
+  mj_objectVelocity(model_->raw(), data_, mjOBJ_XBODY, body.value, velocity, 0);
+  return vec(velocity + 3);
+}
+
+bool Snapshot::touchesWorld() const {
+  const int* tree = model_->raw()->body_rootid;
+  const int robot = tree[model_->root().value];
+  return std::any_of(contacts_.begin(), contacts_.end(), [&](const Contact& c) {
+    return (tree[c.body_a.value] == robot) != (tree[c.body_b.value] == robot);
+  });
+}
+
+std::optional<Vector3d> Snapshot::cop() const {
+  double total = 0;
+  Vector3d moment = Vector3d::Zero();
+  for (const Contact& c : contacts_) {
+    const bool a_static = model_->isStatic(c.body_a);
+    if (a_static == model_->isStatic(c.body_b)) continue;
+    const double fz = a_static ? c.f_WC.z() : -c.f_WC.z();
+    total += fz;
+    moment += fz * c.p_WC;
+  }
+  if (!(total > 0)) return std::nullopt;
+  return moment / total;
+}
+
+std::vector<Vector2d> Snapshot::supportPolygon() const {
+  std::vector<Vector2d> points;
+  for (const Contact& c : contacts_) {
+    if (model_->isStatic(c.body_a) != model_->isStatic(c.body_b)) {
+      points.push_back(c.p_WC.head<2>());
+    }
+  }
+  // Andrew's monotone chain.
+  const auto less = [](const Vector2d& a, const Vector2d& b) {
+    return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y());
+  };
+  std::sort(points.begin(), points.end(), less);
+  if (points.size() < 3) return points;
+  const auto turn = [](const Vector2d& o, const Vector2d& a, const Vector2d& b) {
+    return (a - o).x() * (b - o).y() - (a - o).y() * (b - o).x();
+  };
+  std::vector<Vector2d> hull;
+  for (int pass = 0; pass < 2; ++pass) {
+    const size_t start = hull.size();
+    for (const Vector2d& p : points) {
+      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0) {
+        hull.pop_back();
+      }
+      hull.push_back(p);
+    }
+    hull.pop_back();  // it begins the other chain
+    std::reverse(points.begin(), points.end());
+  }
+  return hull;
+}
+
+void Snapshot::pointJacobian(BodyId body, const Vector3d& p_BP, Eigen::Ref<Matrix3Xd> J) const {
+  assert(J.cols() == model_->nv());
+  const Vector3d p_WP = bodyPosition(body) + bodyRotation(body) * p_BP;
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> rows(3, model_->nv());
+  mj_jac(model_->raw(), data_, rows.data(), nullptr, p_WP.data(), body.value);
+  J = rows;
+}
+
+void Snapshot::comJacobian(Eigen::Ref<Matrix3Xd> J) const {
+  assert(J.cols() == model_->nv());
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> rows(3, model_->nv());
+  mj_jacSubtreeCom(model_->raw(), data_, rows.data(), model_->root().value);
+  J = rows;
+}
+
+void Snapshot::addPointForce(BodyId body, const Vector3d& p_BP, const Vector3d& f,
+                             Eigen::Ref<VectorXd> tau) const {
+  assert(tau.size() == model_->nv());
+  const Vector3d p_WP = bodyPosition(body) + bodyRotation(body) * p_BP;
+  const Vector3d none = Vector3d::Zero();
+  mj_applyFT(model_->raw(), data_, f.data(), none.data(), p_WP.data(), body.value, tau.data());
+}
+
+void Snapshot::externalForce(Eigen::Ref<VectorXd> tau) const {
+  using Map = Eigen::Map<const VectorXd>;
+  const int n = model_->nv();
+  tau = Map(data_->qfrc_passive, n) - Map(data_->qfrc_bias, n) + Map(data_->qfrc_constraint, n);
+}
+
+void Snapshot::solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const {
+  const mjModel* m = model_->raw();
+  const int n = m->nv;
+  const int* parent = m->dof_parentid;
+  const int* row = m->dof_Madr;  // row i holds M(i,i), M(i,parent), M(i,grandparent), …
+  double* L = factor_.data();
+  std::copy(data_->qM, data_->qM + m->nM, L);
+  for (int i = 0; i < n; ++i) L[row[i]] += d[i];
+  for (int k = n - 1; k >= 0; --k) {
+    const double inverse = 1 / L[row[k]];
+    int at_ki = row[k] + 1;
+    for (int i = parent[k]; i >= 0; i = parent[i], ++at_ki) {
+      const double a = L[at_ki] * inverse;
+      int at_ij = row[i];
+      int at_kj = at_ki;
+      for (int j = i; j >= 0; j = parent[j]) L[at_ij++] -= a * L[at_kj++];
+      L[at_ki] = a;
+    }
+    L[row[k]] = inverse;
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    int at = row[k] + 1;
+    for (int j = parent[k]; j >= 0; j = parent[j]) b[j] -= L[at++] * b[k];
+  }
+  for (int k = 0; k < n; ++k) {
+    double x = b[k] * L[row[k]];
+    int at = row[k] + 1;
+    for (int j = parent[k]; j >= 0; j = parent[j]) x -= L[at++] * b[j];
+    b[k] = x;
+  }
+}
+
+void Snapshot::capture() {
+  const mjModel* m = model_->raw();
+  contacts_.clear();
+  for (int i = 0; i < data_->ncon; ++i) {
+    const mjContact& c = data_->contact[i];
+    if (c.efc_address < 0) continue;  // in the margin, not pressing
+    mjtNum wrench[6];                 // in the contact's frame, whose x is the normal
+    mj_contactForce(m, data_, i, wrench);
+    mjtNum f[3];
+    mju_rotVecMatT(f, wrench, c.frame);
+    contacts_.push_back({{m->geom_bodyid[c.geom1]},
+                         {m->geom_bodyid[c.geom2]},
+                         vec(c.pos),
+                         vec(c.frame),
+                         vec(f)});
+  }
+  if (wants_joint_forces_) {
+    mj_rnePostConstraint(m, data_);
+    for (int b = 0; b < m->nbody; ++b) joint_forces_.col(b) = vec(data_->cfrc_int + 6 * b + 3);
+  }
+  has_velocities_ = false;  // a reset comes here too
+}
+
+}  // namespace traceur::sim

@@ -1,0 +1,88 @@
+// What a controller, a condition or an objective may read of a world, computed when asked.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "traceur/sim/model.h"
+
+struct mjData_;  // NOLINT(readability-identifier-naming): MuJoCo's name
+
+namespace traceur::sim {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Matrix3Xd = Eigen::Matrix3Xd;
+
+/// One point where two bodies press on each other.
+struct Contact {
+  BodyId body_a;
+  BodyId body_b;
+  Vector3d p_WC;    ///< [m]
+  Vector3d normal;  ///< unit, world axes, from a to b
+  Vector3d f_WC;    ///< force on body b (minus it acts on a), world axes [N]
+};
+
+/// A view of a World, valid until its next step or reset. All vectors are in world axes.
+///
+/// Time: q, v and everything computed from them belong to the present time; contacts, cop and
+/// jointForces belong to the step that led here, the last one whose forces are known.
+class Snapshot {
+ public:
+  double time() const;  ///< [s]
+  Eigen::Map<const VectorXd> q() const;  ///< (nq)
+  Eigen::Map<const VectorXd> v() const;  ///< (nv)
+
+  Vector3d com() const;              ///< of the robot [m]
+  Vector3d comVelocity() const;      ///< [m/s]
+  Vector3d linearMomentum() const;   ///< [kg·m/s]
+  Vector3d angularMomentum() const;  ///< of the robot about its COM [kg·m²/s]
+
+  Vector3d bodyPosition(BodyId body) const;  ///< p_WB, origin of the body's frame [m]
+  Matrix3d bodyRotation(BodyId body) const;  ///< R_WB
+  Vector3d bodyCom(BodyId body) const;       ///< p_WBcm [m]
+  Vector3d bodyVelocity(BodyId body) const;  ///< of the body's origin, v_WB [m/s]
+
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  /// Whether anything but the robot itself presses on the robot.
+  bool touchesWorld() const;
+  /// Centre of pressure of all contacts with the static world, weighted by the vertical force:
+  /// p = Σ f_z p / Σ f_z. None in flight. [Popovic2005]
+  std::optional<Vector3d> cop() const;
+  /// Convex hull of the robot's contacts with the static world, counter-clockwise, (x, y) [m].
+  std::vector<Vector2d> supportPolygon() const;
+  /// Force of the parent on each body through its joint, (3 x bodies) [N]; needs
+  /// World::Options::joint_forces. Its norm is the dissertation's joint stress [Ha2015, §3.6].
+  const Matrix3Xd& jointForces() const { return joint_forces_; }
+
+  /// J with ṗ = J·v for the point p_BP (body frame) of a body, (3 x nv).
+  void pointJacobian(BodyId body, const Vector3d& p_BP, Eigen::Ref<Matrix3Xd> J) const;
+  /// J with comVelocity = J·v, (3 x nv).
+  void comJacobian(Eigen::Ref<Matrix3Xd> J) const;
+
+  /// Adds Jᵀf of a force f [N] at the point p_BP (body frame) of a body to tau, (nv) [N·m].
+  void addPointForce(BodyId body, const Vector3d& p_BP, const Vector3d& f,
+                     Eigen::Ref<VectorXd> tau) const;
+
+  /// Everything but motors that acts along v: gravity, Coriolis, passive damping and the contact
+  /// and limit forces of the last step, (nv) [N·m].
+  void externalForce(Eigen::Ref<VectorXd> tau) const;
+  /// Solves (M(q) + diag(d)) x = b in place, d ≥ 0 and b (nv), by the sparse LᵀDL of the kinematic
+  /// tree [Featherstone2008, §6.5].
+  void solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const;
+
+ private:
+  friend class World;
+  void capture();  // reads contacts and joint forces while the engine still has them
+
+  const Model* model_ = nullptr;
+  mjData_* data_ = nullptr;
+  bool wants_joint_forces_ = false;
+  std::vector<Contact> contacts_;
+  Matrix3Xd joint_forces_;
+  mutable bool has_velocities_ = false;   // subtree velocities are computed once per step
+  mutable std::vector<double> factor_;    // scratch of solveInertia
+};
+
+}  // namespace traceur::sim

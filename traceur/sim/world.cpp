@@ -1,0 +1,82 @@
+#include "traceur/sim/world.h"
+
+#include <fmt/format.h>
+
+#include <cassert>
+
+#include "traceur/core/error.h"
+#include "traceur/sim/mujoco_compat.h"
+
+namespace traceur::sim {
+
+World::World(std::shared_ptr<const Model> model, Options options)
+    : model_(std::move(model)), options_(options), data_(mj_makeData(model_->raw())) {
+  snapshot_.model_ = model_.get();
+  snapshot_.data_ = data_;
+  snapshot_.wants_joint_forces_ = options_.joint_forces;
+  snapshot_.factor_.resize(model_->raw()->nM);
+  snapshot_.joint_forces_ = Matrix3Xd::Zero(3, options_.joint_forces ? model_->bodies() : 0);
+  snapshot_.contacts_.reserve(64);
+  reset(model_->initialState());
+}
+
+World::~World() { mj_deleteData(data_); }
+
+void World::reset(const State& state) {
+  const mjModel* m = model_->raw();
+  if (state.q.size() != m->nq || state.v.size() != m->nv) {
+    throw InputError(fmt::format("World::reset: expected q({}), v({}), got q({}), v({})", m->nq,
+                                 m->nv, state.q.size(), state.v.size()));
+  }
+  if (!state.q.allFinite() || !state.v.allFinite()) {
+    throw InputError("World::reset: q and v must be finite, got NaN or infinity");
+  }
+  mj_resetData(m, data_);
+  pushed_ = false;
+  data_->time = state.time;
+  Eigen::Map<VectorXd>(data_->qpos, m->nq) = state.q;
+  Eigen::Map<VectorXd>(data_->qvel, m->nv) = state.v;
+  mj_forward(m, data_);
+  snapshot_.capture();
+}
+
+void World::step(const Torque& torque) {
+  const mjModel* m = model_->raw();
+  assert(torque.tau.size() == m->nu);
+  Eigen::Map<VectorXd>(data_->ctrl, m->nu) = torque.tau;
+  const bool floats = model_->rootDofs() == 6;
+  const Vector3d v_before = floats ? snapshot_.comVelocity() : Vector3d::Zero();
+  // reset() and the end of step() leave positions and velocities evaluated, so the second half
+  // comes first: between the halves the engine still holds the forces it has just solved for.
+  mj_step2(m, data_);
+  snapshot_.capture();
+  mj_checkPos(m, data_);
+  mj_checkVel(m, data_);
+  mj_fwdPosition(m, data_);
+  if (floats && !pushed_ && !snapshot_.touchesWorld()) {
+    // In flight gravity alone moves the COM. Euler's step in joint coordinates keeps that only to
+    // O(Δt); shifting the root's velocity by the error makes linear momentum exact.
+    mj_comVel(m, data_);
+    const Vector3d g(m->opt.gravity[0], m->opt.gravity[1], m->opt.gravity[2]);
+    const Vector3d error = v_before + g * m->opt.timestep - snapshot_.comVelocity();
+    const int root = m->body_dofadr[model_->root().value];
+    Eigen::Map<Vector3d>(data_->qvel + root) += error;
+  }
+  mj_fwdVelocity(m, data_);
+  snapshot_.has_velocities_ = false;
+}
+
+void World::push(BodyId body, const Vector3d& force, const Vector3d& moment) {
+  pushed_ = true;
+  Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value) = force;
+  Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value + 3) = moment;
+}
+
+State World::state() const { return {snapshot_.time(), snapshot_.q(), snapshot_.v()}; }
+
+bool World::diverged() const {
+  return data_->warning[mjWARN_BADQPOS].number > 0 || data_->warning[mjWARN_BADQVEL].number > 0 ||
+         data_->warning[mjWARN_BADQACC].number > 0;
+}
+
+}  // namespace traceur::sim

@@ -1,0 +1,60 @@
+// One thread's copy of what changes.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "traceur/sim/model.h"
+#include "traceur/sim/snapshot.h"
+
+struct mjData_;  // NOLINT(readability-identifier-naming): MuJoCo's name
+
+namespace traceur::sim {
+
+/// Motor command, (nu) [N·m].
+struct Torque {
+  VectorXd tau;
+};
+
+/// Life of a world:
+///   1. reset(state) before the first step of an episode.
+///   2. step(torque) once per time step; never allocates.
+///   3. snapshot() between steps, from the stepping thread only; it sees the world as it is then.
+/// Integration is MuJoCo's semi-implicit Euler, implicit in joint damping; in flight the robot's
+/// linear momentum is kept exactly.
+/// Equal resets and torques give equal bits, in a new world and in one used before.
+class World {
+ public:
+  struct Options {
+    bool joint_forces = false;  ///< compute Snapshot::jointForces each step (costs about 3 %)
+  };
+  explicit World(std::shared_ptr<const Model> model) : World(std::move(model), Options()) {}
+  World(std::shared_ptr<const Model> model, Options options);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// @throws InputError when q or v have the wrong size or hold NaN
+  void reset(const State& state);
+  void step(const Torque& torque);
+  /// A force [N] and moment [N·m] in world axes on a body at its COM, held until changed or reset.
+  void push(BodyId body, const Vector3d& force, const Vector3d& moment = Vector3d::Zero());
+
+  const Snapshot& snapshot() const { return snapshot_; }
+  State state() const;
+  /// The simulation left the numbers it can represent (NaN, unbounded velocity or acceleration):
+  /// what follows means nothing. Cleared by reset().
+  bool diverged() const;
+  const Model& model() const { return *model_; }
+  mjData_* raw() { return data_; }
+
+ private:
+  std::shared_ptr<const Model> model_;
+  Options options_;
+  mjData_* data_ = nullptr;
+  bool pushed_ = false;  // since the last reset
+  Snapshot snapshot_;
+};
+
+}  // namespace traceur::sim
