@@ -1,0 +1,194 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "traceur/control/expression.h"
+#include "traceur/control/signals.h"
+#include "traceur/control/stable_pd.h"
+#include "traceur/core/error.h"
+
+namespace traceur::control {
+namespace {
+
+using sim::JointLimit;
+using sim::Vector3d;
+
+std::shared_ptr<const sim::Model> bioloid(double time_step = 0.001) {
+  static const auto kRobot =
+      std::make_shared<const sim::Robot>(sim::Robot::fromFile("models/bioloid-gp/robot.toml"));
+  return sim::Model::fromScene({.robot = kRobot, .time_step = time_step});
+}
+
+/// Holds the stand pose for a second; returns the largest joint speed in the last tenth.
+double holdStill(const std::shared_ptr<const sim::Model>& model, sim::World& world, double kp,
+                 double kd) {
+  const sim::State start = model->stateOf(model->robot()->poses.at("stand"));
+  world.reset(start);
+  StablePd pd(model, std::vector<sim::JointGain>(model->joints().size(), {kp, kd}));
+  const JointTarget target = targetOf(*model, start);
+  sim::Torque command;
+  VectorXd tau(model->nv());
+  double fastest = 0;
+  const int steps = static_cast<int>(std::lround(1 / model->timeStep()));
+  for (int i = 0; i < steps; ++i) {
+    tau.setZero();
+    pd.addTorque(world.snapshot(), target, tau);
+    toMotors(*model, tau, command);
+    world.step(command);
+    if (i > 0.9 * steps) {
+      fastest = std::max(fastest, world.snapshot().v().tail(model->nv() - 6).cwiseAbs().maxCoeff());
+    }
+  }
+  return world.diverged() ? INFINITY : fastest;
+}
+
+TEST(StablePd, HoldsStiffGainsWithoutRinging) {
+  for (const double time_step : {0.001, 0.002}) {
+    const auto model = bioloid(time_step);
+    sim::World world(model);
+    EXPECT_LT(holdStill(model, world, 60, 3), 0.01) << time_step;
+    EXPECT_LT(holdStill(model, world, 60, 0.3), 0.01) << time_step;
+    EXPECT_LT(holdStill(model, world, 200, 20), 0.01) << time_step;
+  }
+}
+
+TEST(StablePd, AStandingRobotPressesWithItsWeightUnderItsCom) {
+  const auto model = bioloid();
+  sim::World world(model);
+  holdStill(model, world, 60, 3);
+  const sim::Snapshot& s = world.snapshot();
+  double fz = 0;
+  for (const sim::Contact& c : s.contacts()) {
+    fz += model->isStatic(c.body_a) ? c.f_WC.z() : -c.f_WC.z();
+  }
+  EXPECT_NEAR(fz, model->mass() * 9.81, 1e-3);
+  ASSERT_TRUE(s.cop());
+  EXPECT_NEAR((*s.cop() - s.com()).head<2>().norm(), 0, 1e-4);
+}
+
+TEST(StablePd, NeverAsksMoreThanTheLimit) {
+  const auto model = bioloid();
+  sim::World world(model);
+  world.reset(model->initialState());
+  StablePd pd = defaultController(model);
+  JointTarget far{VectorXd::Constant(16, 2.0)};
+  VectorXd tau = VectorXd::Zero(model->nv());
+  pd.addTorque(world.snapshot(), far, tau);
+  EXPECT_EQ(tau.head<6>().norm(), 0);
+  EXPECT_NEAR(tau.tail(16).cwiseAbs().maxCoeff(), 0.6, 1e-12);
+}
+
+TEST(LimitedTorque, ClampsFadesAndNeverReducesBraking) {
+  const JointLimit limit{2, 10, -1, 1};
+  EXPECT_EQ(limitedTorque(5, 0, limit), 2);
+  EXPECT_EQ(limitedTorque(-5, 0, limit), -2);
+  EXPECT_EQ(limitedTorque(1.5, 8.9, limit), 1.5);
+  EXPECT_NEAR(limitedTorque(5, 9.5, limit), 1, 1e-12);
+  EXPECT_EQ(limitedTorque(5, 12, limit), 0);
+  EXPECT_EQ(limitedTorque(-5, 12, limit), -2);
+  const JointLimit none{INFINITY, INFINITY, -1, 1};
+  EXPECT_EQ(limitedTorque(5e9, 1e9, none), 5e9);
+}
+
+TEST(ToMotors, DropsTheRootAndOnlyTheRoot) {
+  const auto model = bioloid();
+  sim::Torque command;
+  toMotors(*model, VectorXd::LinSpaced(model->nv(), 0, model->nv() - 1), command);
+  ASSERT_EQ(command.tau.size(), 16);
+  for (const sim::Joint& j : model->joints()) EXPECT_EQ(command.tau[j.motor], j.v);
+}
+
+TEST(VirtualForce, PushesTheRobotUpWhenTheFeetPushDown) {
+  const auto model = bioloid();
+  sim::World world(model);
+  world.reset(model->stateOf(model->robot()->poses.at("crouch")));
+  const auto heightAfter = [&](double force) {
+    world.reset(model->stateOf(model->robot()->poses.at("crouch")));
+    sim::Torque command;
+    VectorXd tau(model->nv());
+    for (int i = 0; i < 60; ++i) {
+      tau.setZero();
+      for (const char* foot : {"l_foot", "r_foot"}) {
+        VirtualForce{model->body(foot), Vector3d::Zero(), {0, 0, -force}}.addTorque(
+            world.snapshot(), tau);
+      }
+      toMotors(*model, tau, command);
+      world.step(command);
+    }
+    return world.snapshot().com().z();
+  };
+  EXPECT_GT(heightAfter(30), heightAfter(0) + 0.01);
+}
+
+TEST(Expression, ComputesWithNamesThatHoldDots) {
+  double x = 3;
+  double v = -1;
+  const Expression e("2 * com.x + abs(com_velocity.x) - pi * 0",
+                     [&](const std::string& name) { return name == "com.x" ? &x : &v; });
+  EXPECT_EQ(e.value(), 7);
+  x = 4;
+  EXPECT_EQ(e.value(), 9);
+  const Expression both("com.x > 3 && com_velocity.x < 0",
+                        [&](const std::string& name) { return name == "com.x" ? &x : &v; });
+  EXPECT_TRUE(both.holds());
+  v = NAN;
+  EXPECT_FALSE(both.holds());
+}
+
+TEST(Expression, RefusesWhatItCannotMean) {
+  const auto lookup = [](const std::string&) -> const double* { return nullptr; };
+  const auto message = [&](const std::string& text) -> std::string {
+    try {
+      Expression e(text, lookup);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_NE(message("x + 1").find("nothing is named \"x\""), std::string::npos);
+  EXPECT_NE(message("time = 3").find("did you mean '=='"), std::string::npos);
+  for (const char* bad : {"1 +", "(2", "2 2", "", "foo(3)", "* 3"}) {
+    EXPECT_NE(message(bad), "accepted") << bad;
+  }
+  EXPECT_EQ(message("1 <= 2"), "accepted");
+}
+
+TEST(Signals, ReadWhatTheSnapshotSays) {
+  const auto model = bioloid();
+  sim::World world(model);
+  sim::State s = model->stateOf(model->robot()->poses.at("stand"));
+  s.v[2] = -0.1;
+  world.reset(s);
+  for (int i = 0; i < 3; ++i) world.step({VectorXd::Zero(16)});
+  Signals signals(model);
+  const double* com = signals.find("com.z");
+  const double* vx = signals.find("com_velocity.x");
+  const double* feet = signals.find("contact.feet");
+  const double* any = signals.find("contact.robot");
+  const double* force = signals.find("contact_force.feet");
+  const double* knee = signals.find("joint.l_shin");
+  const double* torso = signals.find("body.torso.z");
+  const double* pitch = signals.find("root.pitch");
+  ASSERT_TRUE(com && vx && feet && any && force && knee && torso && pitch);
+  EXPECT_EQ(signals.find("com.z"), com);
+  signals.update(world.snapshot());
+  EXPECT_EQ(*com, world.snapshot().com().z());
+  EXPECT_NEAR(*vx, world.snapshot().comVelocity().x(), 1e-12);
+  EXPECT_GT(*feet, 0);
+  EXPECT_EQ(*any, *feet);
+  EXPECT_GT(*force, 0);
+  EXPECT_NEAR(*knee, -0.2, 1e-2);
+  EXPECT_EQ(*torso, world.snapshot().bodyPosition(model->root()).z());
+  EXPECT_NEAR(*pitch, 0, 1e-2);
+}
+
+TEST(Signals, EveryNameItOffersExistsAndOthersDoNot) {
+  Signals signals(bioloid());
+  for (const std::string& name : signals.names()) EXPECT_TRUE(signals.find(name)) << name;
+  for (const char* name : {"com", "com.w", "contact.nose", "joint.knee", "body.torso", "speed"}) {
+    EXPECT_FALSE(signals.find(name)) << name;
+  }
+}
+
+}  // namespace
+}  // namespace traceur::control

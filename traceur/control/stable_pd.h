@@ -1,0 +1,74 @@
+// Joint PD control that stays stable at any gain, and the limits of real motors.
+#pragma once
+
+#include <vector>
+
+#include "traceur/sim/snapshot.h"
+#include "traceur/sim/world.h"
+
+namespace traceur::control {
+
+using Eigen::VectorXd;
+
+/// Joint angles to reach, in the order of sim::Model::joints() [rad].
+struct JointTarget {
+  VectorXd q;
+};
+
+/// Stable proportional-derivative control: the torque an implicit integrator would see at the end
+/// of the step,
+///
+///     (M + K_d Δt) v̇ = f_ext + τ₀ − K_p (q + v Δt − q*) − K_d v
+///     τ = −K_p (q + v Δt − q*) − K_d (v + v̇ Δt)                       [Tan2011, Eq. 5-7]
+///
+/// so that gains far above those an explicit controller could hold neither ring nor explode: the
+/// published kp = 60, kd = 3 on links of 10⁻⁴ kg·m² are stable at 2 ms. f_ext are gravity, Coriolis,
+/// passive and last step's contact forces, τ₀ what other controllers have already added.
+class StablePd {
+ public:
+  /// @param gains  by index in model.joints(); also the default of each joint's limits
+  StablePd(std::shared_ptr<const sim::Model> model, std::vector<sim::JointGain> gains);
+
+  /// Adds the torque, (nv) [N·m], each joint clamped by limitedTorque() with its own limit.
+  void addTorque(const sim::Snapshot& s, const JointTarget& target, Eigen::Ref<VectorXd> tau);
+
+  /// The limits in force, by index in model.joints(); the robot's own at first.
+  std::vector<sim::JointLimit>& limits() { return limits_; }
+  std::vector<sim::JointGain>& gains() { return gains_; }
+
+ private:
+  std::shared_ptr<const sim::Model> model_;
+  std::vector<sim::JointGain> gains_;
+  std::vector<sim::JointLimit> limits_;
+  VectorXd damping_;  // (nv), K_d Δt
+  VectorXd vdot_;     // (nv)
+};
+
+/// What a motor can give of the torque asked for [N·m] at joint speed v [rad/s]: at most
+/// limit.torque in magnitude and, where it would speed the joint up, fading to nothing between
+/// 90 % and 100 % of limit.speed [ours: narrow, so that the two limits mean what they say].
+/// Braking is never reduced by speed.
+double limitedTorque(double torque, double v, const sim::JointLimit& limit);
+
+/// A force at a point of a body, exerted through the joints: τ = Jᵀ f. [Ha2015, §3.4.3]
+struct VirtualForce {
+  sim::BodyId body;
+  sim::Vector3d p_BP = sim::Vector3d::Zero();  ///< in the body's frame [m]
+  sim::Vector3d f = sim::Vector3d::Zero();     ///< world axes [N]
+
+  void addTorque(const sim::Snapshot& s, Eigen::Ref<VectorXd> tau) const {
+    s.addPointForce(body, p_BP, f, tau);
+  }
+};
+
+/// Generalised torque (nv) to motor command (nu). The one place where the root's six rows, which
+/// no motor can give, are dropped.
+void toMotors(const sim::Model& model, const VectorXd& tau, sim::Torque& command);
+
+/// The robot's default controller: its own gains and limits. Joints without a gain get none.
+StablePd defaultController(std::shared_ptr<const sim::Model> model);
+
+/// The angles of a state, as a target.
+JointTarget targetOf(const sim::Model& model, const sim::State& state);
+
+}  // namespace traceur::control

@@ -1,0 +1,312 @@
+#include "traceur/skill/rollout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "traceur/control/expression.h"
+#include "traceur/control/signals.h"
+#include "traceur/control/stable_pd.h"
+#include "traceur/core/error.h"
+#include "traceur/core/hash.h"
+#include "traceur/skill/names.h"
+
+namespace traceur::skill {
+namespace {
+
+using control::Expression;
+
+struct BoundTarget {
+  int joint;
+  double sign;
+  Expression value;
+};
+
+struct BoundForce {
+  control::VirtualForce force;
+  Expression x, y, z;
+};
+
+struct BoundPhase {
+  std::vector<BoundTarget> targets;
+  Expression blend;
+  std::vector<BoundForce> forces;
+  std::optional<Expression> until;
+};
+
+struct BoundFeedback {
+  std::vector<BoundTarget> joints;
+  const std::vector<bool>* during;
+};
+
+struct BoundMeasure {
+  Expression of;
+  double value = 0;
+  double weight = 0;  // steps seen
+};
+
+}  // namespace
+
+bool Rollout::failed() const {
+  return diverged || std::find(violated.begin(), violated.end(), true) != violated.end();
+}
+
+struct Runner::Impl {
+  std::shared_ptr<const Skill> skill;
+  sim::World world;
+  control::Signals signals;
+  control::StablePd pd;
+
+  // Places the expressions point at.
+  VectorXd parameters;
+  double task = 0;
+  double horizon = 0;
+  double time = 0;
+  double phase_time = 0;
+  std::vector<double> failed;  // by failure: 0 or 1
+
+  std::vector<BoundPhase> phases;
+  std::vector<BoundFeedback> feedback;
+  std::vector<BoundMeasure> measures;
+  std::vector<Expression> failures;
+  std::vector<Expression> terms;
+  std::optional<Expression> stop;
+  std::optional<Expression> achieved;
+
+  // Scratch.
+  control::JointTarget from, goal, target;
+  VectorXd tau;
+  sim::Torque command;
+
+  explicit Impl(std::shared_ptr<const Skill> s)
+      : skill(std::move(s)),
+        world(skill->model),
+        signals(skill->model),
+        pd(control::defaultController(skill->model)),
+        parameters(skill->parameters.size()),
+        horizon(skill->horizon),
+        failed(skill->failures.size()),
+        tau(skill->model->nv()) {
+    const ControllerOptions& c = skill->controller;
+    for (sim::JointGain& g : pd.gains()) {
+      g.kp = c.kp.value_or(g.kp);
+      g.kd = c.kd.value_or(g.kd);
+    }
+    for (sim::JointLimit& l : pd.limits()) {
+      l.torque = c.torque.value_or(l.torque);
+      l.speed = c.speed.value_or(l.speed);
+    }
+    const auto setup = [this](const std::string& name) { return find(Scope::kSetup, name); };
+    const auto running = [this](const std::string& name) { return find(Scope::kRunning, name); };
+    const auto verdict = [this](const std::string& name) { return find(Scope::kVerdict, name); };
+    measures.reserve(skill->measures.size());  // verdicts point into it
+    for (const Measure& m : skill->measures) measures.push_back({Expression(m.of, running)});
+    for (const Phase& p : skill->phases) {
+      BoundPhase b{bind(p.targets, setup), Expression(p.blend, setup), {}, {}};
+      for (const ForceTerm& f : p.forces) {
+        b.forces.push_back({{f.body, f.p_BP, Vector3d::Zero()},
+                            Expression(f.x, setup),
+                            Expression(f.y, setup),
+                            Expression(f.z, setup)});
+      }
+      if (!p.until.empty()) b.until.emplace(p.until, running);
+      phases.push_back(std::move(b));
+    }
+    for (const Feedback& f : skill->feedback) {
+      feedback.push_back({bind(f.joints, running), &f.during});
+    }
+    for (const Failure& f : skill->failures) failures.emplace_back(f.when, running);
+    for (const Term& t : skill->terms) terms.emplace_back(t.cost, verdict);
+    if (!skill->stop.empty()) stop.emplace(skill->stop, running);
+    if (!skill->task.achieved.empty()) achieved.emplace(skill->task.achieved, verdict);
+    const auto n = static_cast<Eigen::Index>(skill->model->joints().size());
+    for (auto* q : {&from.q, &goal.q, &target.q}) q->setZero(n);
+  }
+
+  static std::vector<BoundTarget> bind(const std::vector<JointValue>& values,
+                                       const Expression::Lookup& lookup) {
+    std::vector<BoundTarget> out;
+    for (const JointValue& v : values) {
+      out.push_back({v.joint, v.sign, Expression(v.expression, lookup)});
+    }
+    return out;
+  }
+
+  const double* find(Scope scope, const std::string& name) {
+    for (size_t i = 0; i < skill->parameters.size(); ++i) {
+      if (skill->parameters[i].name == name) return &parameters[static_cast<Eigen::Index>(i)];
+    }
+    if (name == "task") return &task;
+    if (name == "horizon") return &horizon;
+    if (scope == Scope::kSetup) return nullptr;
+    if (name == "time") return &time;
+    if (scope == Scope::kRunning) {
+      return name == "phase_time" ? &phase_time : signals.find(name);
+    }
+    for (size_t i = 0; i < skill->measures.size(); ++i) {
+      if (skill->measures[i].name == name) return &measures[i].value;
+    }
+    for (size_t i = 0; i < skill->failures.size(); ++i) {
+      if (skill->failures[i].name == name) return &failed[i];
+    }
+    return nullptr;
+  }
+
+  void enter(int phase) {
+    from = goal;
+    const Phase& p = skill->phases[phase];
+    if (!p.from_previous) goal.q = p.base;
+    for (const BoundTarget& t : phases[phase].targets) goal.q[t.joint] = t.sign * t.value.value();
+    for (BoundForce& f : phases[phase].forces) {
+      f.force.f = {f.x.value(), f.y.value(), f.z.value()};
+    }
+  }
+
+  void measure(int phase) {
+    for (size_t i = 0; i < measures.size(); ++i) {
+      const Measure& m = skill->measures[i];
+      if (!m.during[phase]) continue;
+      BoundMeasure& b = measures[i];
+      if (m.take == Measure::Take::kFirst && b.weight > 0) continue;
+      const double x = b.of.value();
+      if (std::isnan(x)) continue;  // a signal that has no value now, such as cop in flight
+      switch (m.take) {
+        case Measure::Take::kFirst:
+        case Measure::Take::kLast:
+          b.value = x;
+          break;
+        case Measure::Take::kMin:
+          b.value = b.weight > 0 ? std::min(b.value, x) : x;
+          break;
+        case Measure::Take::kMax:
+          b.value = b.weight > 0 ? std::max(b.value, x) : x;
+          break;
+        case Measure::Take::kMean:
+          b.value += (x - b.value) / (b.weight + 1);
+          break;
+        case Measure::Take::kIntegral:
+          b.value += x * skill->model->timeStep();
+          break;
+      }
+      b.weight += 1;
+    }
+  }
+
+  void control(int phase, const sim::Snapshot& s) {
+    const BoundPhase& p = phases[phase];
+    const double blend = p.blend.value();
+    const double done = blend > 0 ? std::min(1.0, phase_time / blend) : 1.0;
+    target.q = from.q + done * (goal.q - from.q);
+    for (const BoundFeedback& f : feedback) {
+      if (!(*f.during)[phase]) continue;
+      for (const BoundTarget& j : f.joints) target.q[j.joint] += j.sign * j.value.value();
+    }
+    tau.setZero();
+    for (const BoundForce& f : p.forces) f.force.addTorque(s, tau);
+    pd.addTorque(s, target, tau);
+    if (!p.forces.empty() && skill->phases[phase].limited) {
+      for (size_t i = 0; i < pd.limits().size(); ++i) {
+        const int d = skill->model->joints()[i].v;
+        tau[d] = control::limitedTorque(tau[d], s.v()[d], pd.limits()[i]);
+      }
+    }
+    control::toMotors(*skill->model, tau, command);
+  }
+
+  Rollout run(const VectorXd& x, double asked, sim::Recording* recording) {
+    if (x.size() != parameters.size() || !x.allFinite()) {
+      throw InputError(fmt::format("{}: expected {} finite parameters, got {}{}", skill->name,
+                                   parameters.size(), x.size(),
+                                   x.allFinite() ? "" : " with NaN or infinity"));
+    }
+    parameters = x;
+    task = asked;
+    std::fill(failed.begin(), failed.end(), 0.0);
+    for (BoundMeasure& m : measures) m.value = m.weight = 0;
+    const double dt = skill->model->timeStep();
+    const int steps = static_cast<int>(std::lround(horizon / dt));
+    const int every = std::max(1, static_cast<int>(std::lround(kInterval / dt)));
+    Rollout r;
+    r.ended = "horizon";
+    Hash hash;
+    world.reset(skill->start);
+    const sim::Snapshot& s = world.snapshot();
+    goal = control::targetOf(*skill->model, skill->start);
+    command.tau.setZero(skill->model->nu());
+    if (recording) {
+      recording->mjcf = skill->model->mjcf();
+      recording->phases.clear();
+      for (const Phase& p : skill->phases) recording->phases.push_back(p.name);
+      recording->frames.clear();
+    }
+    int phase = 0;
+    double entered = 0;
+    time = phase_time = 0;
+    enter(0);
+    for (int step = 0;; ++step) {
+      time = step * dt;
+      signals.update(s);
+      phase_time = time - entered;
+      // A phase may end at once, but each at most once per step.
+      for (int k = phase; k + 1 < static_cast<int>(phases.size()); ++k) {
+        if (!phases[k].until || !phases[k].until->holds()) break;
+        phase = k + 1;
+        entered = time;
+        phase_time = 0;
+        enter(phase);
+      }
+      measure(phase);
+      bool end = step >= steps;
+      for (size_t i = 0; i < failures.size(); ++i) {
+        if (skill->failures[i].during[phase] && failures[i].holds()) {
+          failed[i] = 1;
+          if (!end) r.ended = skill->failures[i].name;
+          end = true;
+        }
+      }
+      if (!end && stop && stop->holds()) {
+        r.ended = "stop";
+        end = true;
+      }
+      if (step % every == 0 || end) {
+        hash.add({s.q().data(), static_cast<size_t>(s.q().size())});
+        hash.add({s.v().data(), static_cast<size_t>(s.v().size())});
+        if (recording && step % every == 0) {
+          recording->frames.push_back(sim::frameOf(s, phase, command.tau));
+        }
+      }
+      if (end) break;
+      control(phase, s);
+      world.step(command);
+      if (world.diverged()) {
+        r.diverged = true;
+        r.ended = "diverged";
+        break;
+      }
+    }
+    r.time = time;
+    r.hash = hash.value();
+    for (const double f : failed) r.violated.push_back(f != 0);
+    for (const Expression& t : terms) {
+      r.terms.push_back(t.value());
+      r.cost += r.terms.back();
+    }
+    for (const BoundMeasure& m : measures) r.measures.push_back(m.value);
+    r.achieved = achieved ? achieved->value() : 0;
+    if (r.diverged) r.cost = std::numeric_limits<double>::infinity();
+    return r;
+  }
+};
+
+Runner::Runner(std::shared_ptr<const Skill> skill)
+    : impl_(std::make_unique<Impl>(std::move(skill))) {}
+Runner::~Runner() = default;
+Runner::Runner(Runner&&) noexcept = default;
+
+Rollout Runner::run(const VectorXd& parameters, double task, sim::Recording* recording) {
+  return impl_->run(parameters, task, recording);
+}
+
+}  // namespace traceur::skill

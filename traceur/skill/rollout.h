@@ -1,0 +1,50 @@
+// One trial of a skill, from its start to a verdict.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "traceur/sim/recording.h"
+#include "traceur/skill/skill.h"
+
+namespace traceur::skill {
+
+/// What one trial did. A fall, or a simulation that diverged, is a value.
+struct Rollout {
+  double cost = 0;
+  std::vector<double> terms;   ///< by Skill::terms
+  std::vector<bool> violated;  ///< by Skill::failures
+  bool diverged = false;       ///< the simulation left the finite numbers: cost means nothing
+  double achieved = 0;         ///< in the task's unit
+  double time = 0;             ///< when it ended [s]
+  std::string ended;           ///< "horizon", "stop", "diverged" or the failure's name
+  std::vector<double> measures;  ///< by Skill::measures
+  std::uint64_t hash = 0;        ///< of the states every 10 ms and of the last one
+
+  bool failed() const;
+};
+
+/// One thread's workspace for rollouts of one skill; made once, used for many.
+class Runner {
+ public:
+  explicit Runner(std::shared_ptr<const Skill> skill);
+  ~Runner();
+  Runner(Runner&&) noexcept;
+  Runner& operator=(Runner&&) = delete;
+
+  /// Runs the skill. Equal arguments give equal bits in any Runner on any thread.
+  /// @param parameters  (n), in the order and units of Skill::parameters
+  /// @param recording   filled every `interval` when given
+  /// @throws InputError for a wrong number of parameters, or NaN among them
+  Rollout run(const VectorXd& parameters, double task, sim::Recording* recording = nullptr);
+
+  /// Time between a recording's frames [s]; rounded to whole steps.
+  static constexpr double kInterval = 0.01;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace traceur::skill

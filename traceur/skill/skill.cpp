@@ -1,0 +1,559 @@
+#include "traceur/skill/skill.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <set>
+
+#include "traceur/control/expression.h"
+#include "traceur/control/signals.h"
+#include "traceur/control/stable_pd.h"
+#include "traceur/core/text.h"
+#include "traceur/core/toml.h"
+#include "traceur/skill/names.h"
+
+namespace traceur::skill {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where the installed program's data are; set by CMake.
+#ifndef TRACEUR_INSTALLED_DATA
+#define TRACEUR_INSTALLED_DATA ""
+#endif
+
+std::vector<fs::path> modelFolders(const fs::path& beside) {
+  std::vector<fs::path> folders;
+  for (fs::path dir = fs::absolute(beside); dir.has_relative_path(); dir = dir.parent_path()) {
+    folders.push_back(dir / "models");
+  }
+  if (const char* data = std::getenv("TRACEUR_DATA")) folders.push_back(fs::path(data) / "models");
+  folders.push_back(fs::current_path() / "models");
+  folders.push_back(fs::path(TRACEUR_INSTALLED_DATA) / "models");
+  return folders;
+}
+
+/// Reads one skill file. Mistakes are collected; the model is needed to check names, so a robot
+/// that cannot be loaded ends the reading of everything that depends on it.
+class SkillReader {
+ public:
+  SkillReader(const fs::path& file, std::string text)
+      : document_(parseToml(text, file.string())), diagnostics_(file.string()) {
+    skill_.file = file;
+    skill_.text = std::move(text);
+  }
+
+  std::shared_ptr<const Skill> read() {
+    const TomlReader top(document_, diagnostics_);
+    skill_.name = top.string("name");
+    skill_.description = top.string("description", "");
+    skill_.horizon = top.number("horizon");
+    if (!(skill_.horizon > 0 && skill_.horizon <= kLongest)) {
+      top.fail("horizon", fmt::format("\"horizon\": expected seconds in (0, {}]", kLongest));
+    }
+    skill_.target_cost = top.number("target_cost", 0);
+    readTask(top.table("task"));
+    readParameters(top.table("parameters"));
+    readScene(top);
+    if (skill_.model) {
+      signals_ = std::make_unique<control::Signals>(skill_.model);
+      readStart(top.table("start"));
+      readController(top.table("controller"));
+      readPhases(top);
+      readFeedback(top);
+      readMeasures(top.table("measures"));
+      readFailures(top);
+      readObjective(top);
+      skill_.stop = expression(top, "stop", "", Scope::kRunning);
+      skill_.task.achieved =
+          expression(top.table("task"), "achieved", "", Scope::kVerdict);
+    } else {
+      for (const char* key : {"start", "controller", "phase", "feedback", "measures", "failure",
+                              "objective", "stop"}) {
+        top.find(key);  // cannot be judged without the robot
+      }
+    }
+    top.finish();
+    diagnostics_.throwIfAny();
+    return std::make_shared<const Skill>(std::move(skill_));
+  }
+
+ private:
+  /// Longest trial [s]: a mistyped horizon should not run for a day.
+  static constexpr double kLongest = 600;
+
+  void readTask(const TomlReader& t) {
+    Task& task = skill_.task;
+    task.name = t.string("name", "task");
+    task.unit = t.string("unit", "");
+    const std::vector<double> range =
+        t.has("range") ? t.numbers("range", 2) : std::vector<double>{0, 0};
+    task.min = range[0];
+    task.max = range[1];
+    task.initial = t.number("default", range[0]);
+    task.tolerance = t.number("tolerance", 0);
+    if (!(task.min <= task.initial && task.initial <= task.max)) {
+      t.fail("default", "\"default\": expected min <= default <= max of \"range\"");
+    }
+    t.find("achieved");  // read when measures are known
+    t.finish();
+  }
+
+  void readParameters(const TomlReader& table) {
+    // In the order of the text: it is the order of the optimiser's variables.
+    std::vector<std::pair<std::pair<int, int>, std::string>> order;
+    for (const std::string& name : table.names()) {
+      const TomlValue* v = table.find(name);
+      order.push_back({{v->line, v->column}, name});
+    }
+    std::sort(order.begin(), order.end());
+    for (const auto& [place, name] : order) {
+      const TomlReader row = table.table(name);
+      ParamSpec p;
+      p.name = name;
+      p.unit = row.string("unit", "");
+      const std::vector<double> range = row.numbers("range", 2);
+      p.min = range[0];
+      p.max = range[1];
+      p.initial = row.number("initial", (p.min + p.max) / 2);
+      p.help = row.string("help", "");
+      if (!(std::isfinite(p.min) && std::isfinite(p.max) && p.min < p.max)) {
+        row.fail("range", fmt::format("\"{}\": expected a range [min, max] of finite numbers with "
+                                      "min < max, got [{}, {}]",
+                                      name, p.min, p.max));
+      } else if (!(p.min <= p.initial && p.initial <= p.max)) {
+        row.fail("initial", fmt::format("\"{}\": initial {} is outside [{}, {}]", name, p.initial,
+                                        p.min, p.max));
+      }
+      row.finish();
+      skill_.parameters.push_back(std::move(p));
+    }
+    if (skill_.parameters.empty()) {
+      diagnostics_.add(0, 0, "[parameters]: expected at least one parameter to practise");
+    }
+  }
+
+  static sim::Material material(const TomlReader& r) {
+    sim::Material m;
+    m.friction = r.number("friction", m.friction);
+    m.rolling = r.number("rolling_friction", m.rolling);
+    m.compliance = r.number("compliance", m.compliance);
+    for (const char* key : {"friction", "rolling_friction"}) {
+      if (r.number(key, 0) < 0) r.fail(key, fmt::format("\"{}\": expected a number >= 0", key));
+    }
+    if (!(m.compliance > 0)) r.fail("compliance", "\"compliance\": expected seconds > 0");
+    return m;
+  }
+
+  static Vector3d vector(const TomlReader& r, const char* key) {
+    const std::vector<double> v = r.numbers(key, 3);
+    return {v[0], v[1], v[2]};
+  }
+
+  static double positive(const TomlReader& r, const char* key) {
+    const double x = r.number(key);
+    if (r.has(key) && !(x > 0)) r.fail(key, fmt::format("\"{}\": expected a number > 0", key));
+    return x;
+  }
+
+  void readProps(const TomlReader& scene, std::vector<sim::Prop>& props) {
+    const auto finish = [&](const TomlReader& r, sim::Prop prop) {
+      prop.material = material(r);
+      for (const sim::Prop& other : props) {
+        if (other.name == prop.name) {
+          r.fail("name", fmt::format("\"{}\": two props have this name", prop.name));
+        }
+      }
+      r.finish();
+      props.push_back(std::move(prop));
+    };
+    for (const TomlReader& r : scene.tables("box")) {
+      finish(r, {.name = r.string("name"),
+                 .shape = sim::Prop::Shape::kBox,
+                 .size = vector(r, "size") / 2,
+                 .position = vector(r, "at"),
+                 .rpy = {0, 0, r.number("yaw", 0)},
+                 .mass = r.number("mass", 0)});
+    }
+    for (const TomlReader& r : scene.tables("ball")) {
+      finish(r, {.name = r.string("name"),
+                 .shape = sim::Prop::Shape::kBall,
+                 .size = Vector3d::Constant(positive(r, "radius")),
+                 .position = vector(r, "at"),
+                 .mass = positive(r, "mass"),
+                 .hollow = r.boolean("hollow", false)});
+    }
+    for (const TomlReader& r : scene.tables("wall")) {
+      finish(r, sim::wall(r.string("name"), vector(r, "at"), r.number("yaw", 0),
+                          positive(r, "width"), positive(r, "height")));
+    }
+    for (const TomlReader& r : scene.tables("rail")) {
+      finish(r, sim::rail(r.string("name"), vector(r, "from"), vector(r, "to"),
+                          positive(r, "radius")));
+    }
+  }
+
+  void readScene(const TomlReader& top) {
+    sim::Scene scene;
+    scene.time_step = top.number("time_step", scene.time_step);
+    if (!(scene.time_step > 0 && scene.time_step <= 0.02)) {
+      top.fail("time_step", "\"time_step\": expected seconds in (0, 0.02]");
+      scene.time_step = 0.001;
+    }
+    const TomlReader s = top.table("scene");
+    scene.ground = s.boolean("ground", true);
+    scene.ground_material = material(s);
+    readProps(s, scene.props);
+    s.finish();
+    const std::string robot = top.string("robot");
+    if (robot.empty()) return;
+    try {
+      scene.robot = std::make_shared<const sim::Robot>(
+          sim::Robot::fromFile(findRobot(robot, skill_.file.parent_path())));
+      skill_.model = sim::Model::fromScene(scene);
+    } catch (const InputError& e) {
+      top.fail("robot", fmt::format("\"robot\": {}", e.what()));
+    }
+  }
+
+  void readStart(const TomlReader& start) {
+    const TomlReader row = start.table("pose");
+    const VectorXd base = basePose(row, "base");
+    sim::Pose pose;
+    for (size_t i = 0; i < skill_.model->joints().size(); ++i) {
+      pose.joints[skill_.model->joints()[i].name] = base[static_cast<Eigen::Index>(i)];
+    }
+    pose.root_rpy = base_root_;
+    for (const JointValue& v : jointValues(row, {"base"}, Scope::kSetup)) {
+      const TomlValue* number = nullptr;
+      try {
+        pose.joints[skill_.model->joints()[v.joint].name] =
+            v.sign * control::Expression(v.expression, [](auto&) { return nullptr; }).value();
+      } catch (const InputError&) {
+        number = &row.value();
+      }
+      if (number) {
+        diagnostics_.add(number->line, number->column,
+                         fmt::format("\"{}\": the start is the same in every trial: expected a "
+                                     "number",
+                                     v.expression));
+      }
+    }
+    start.finish();
+    skill_.start = skill_.model->stateOf(pose);
+  }
+
+  void readController(const TomlReader& c) {
+    const auto optional = [&](const char* key) -> std::optional<double> {
+      if (!c.has(key)) return std::nullopt;
+      const double x = c.number(key);
+      if (!(x >= 0)) c.fail(key, fmt::format("\"{}\": expected a number >= 0", key));
+      return x;
+    };
+    skill_.controller = {optional("kp"), optional("kd"), optional("torque_limit"),
+                         optional("speed_limit")};
+    c.finish();
+  }
+
+  void readPhases(const TomlReader& top) {
+    const std::vector<TomlReader> rows = top.tables("phase");
+    if (rows.empty()) {
+      diagnostics_.add(0, 0, "[[phase]]: expected at least one phase");
+    }
+    for (const TomlReader& row : rows) {  // names first: phases are named in "during"
+      Phase p;
+      p.name = row.string("name");
+      for (const Phase& other : skill_.phases) {
+        if (other.name == p.name && !p.name.empty()) {
+          row.fail("name", fmt::format("\"{}\": two phases have this name", p.name));
+        }
+      }
+      skill_.phases.push_back(std::move(p));
+    }
+    for (size_t i = 0; i < rows.size(); ++i) {
+      const TomlReader& row = rows[i];
+      Phase& p = skill_.phases[i];
+      const TomlReader pose = row.table("pose");
+      p.from_previous = pose.string("base", "") == "previous";
+      p.base = p.from_previous ? VectorXd() : basePose(pose, "base");
+      p.targets = jointValues(pose, {"base"}, Scope::kSetup);
+      p.blend = expression(row, "blend", "0", Scope::kSetup);
+      p.limited = row.boolean("limited", true);
+      for (const TomlReader& f : row.tables("force")) readForce(f, p);
+      p.until = expression(row, "until", "", Scope::kRunning);
+      if (p.until.empty() && i + 1 < rows.size()) {
+        row.fail("until", fmt::format("phase \"{}\": \"until\" is missing: expected the condition "
+                                      "that begins \"{}\"",
+                                      p.name, skill_.phases[i + 1].name));
+      }
+      row.finish();
+    }
+  }
+
+  void readForce(const TomlReader& f, Phase& phase) {
+    ForceTerm term;
+    if (f.has("at")) term.p_BP = vector(f, "at");
+    const TomlValue* force = f.find("force");
+    if (!force || !force->isArray() || force->array().size() != 3) {
+      f.fail("force", "\"force\": expected a list of 3 numbers or expressions [N]");
+    } else {
+      std::string* const parts[] = {&term.x, &term.y, &term.z};
+      for (int i = 0; i < 3; ++i) *parts[i] = expression(force->array()[i], Scope::kSetup);
+    }
+    const std::vector<std::string> bodies = f.strings("bodies");
+    for (const std::string& name : bodies) {
+      try {
+        term.body = skill_.model->body(name);
+        phase.forces.push_back(term);
+      } catch (const InputError& e) {
+        f.fail("bodies", fmt::format("\"bodies\": {}", e.what()));
+      }
+    }
+    f.finish();
+  }
+
+  void readFeedback(const TomlReader& top) {
+    for (const TomlReader& row : top.tables("feedback")) {
+      Feedback f;
+      const std::string add = expression(row, "add", "0", Scope::kRunning);
+      for (const std::string& name : row.strings("joints")) {
+        for (const auto& [joint, sign] : joints(row, "joints", name)) {
+          f.joints.push_back({joint, sign, add});
+        }
+      }
+      f.during = during(row);
+      row.finish();
+      skill_.feedback.push_back(std::move(f));
+    }
+  }
+
+  void readMeasures(const TomlReader& table) {
+    static const std::vector<std::string> kTakes = {"first", "last", "min",
+                                                    "max",   "mean", "integral"};
+    for (const std::string& name : table.names()) {
+      const TomlReader row = table.table(name);
+      Measure m;
+      m.name = name;
+      m.of = expression(row, "of", "", Scope::kRunning);
+      if (m.of.empty()) row.fail("of", fmt::format("measure \"{}\": \"of\" is missing", name));
+      const std::string take = row.string("take");
+      const auto it = std::find(kTakes.begin(), kTakes.end(), take);
+      if (it == kTakes.end()) {
+        row.fail("take", fmt::format("\"take\": expected one of {}, got \"{}\".{}", join(kTakes),
+                                     take, didYouMean(take, kTakes)));
+      } else {
+        m.take = static_cast<Measure::Take>(it - kTakes.begin());
+      }
+      m.during = during(row);
+      row.finish();
+      skill_.measures.push_back(std::move(m));
+    }
+  }
+
+  void readFailures(const TomlReader& top) {
+    for (const TomlReader& row : top.tables("failure")) {
+      Failure f;
+      f.name = row.string("name");
+      f.when = expression(row, "when", "", Scope::kRunning);
+      if (f.when.empty()) row.fail("when", fmt::format("failure \"{}\": \"when\" is missing", f.name));
+      f.during = during(row);
+      row.finish();
+      skill_.failures.push_back(std::move(f));
+    }
+  }
+
+  void readObjective(const TomlReader& top) {
+    for (const TomlReader& row : top.tables("objective")) {
+      Term t;
+      t.name = row.string("name");
+      t.cost = expression(row, "cost", "", Scope::kVerdict);
+      if (t.cost.empty()) row.fail("cost", fmt::format("objective \"{}\": \"cost\" is missing", t.name));
+      row.finish();
+      skill_.terms.push_back(std::move(t));
+    }
+    if (skill_.terms.empty()) {
+      diagnostics_.add(0, 0, "[[objective]]: expected at least one term");
+    }
+  }
+
+  // --- pieces ---
+
+  std::vector<bool> during(const TomlReader& row) {
+    std::vector<bool> in(skill_.phases.size(), !row.has("during"));
+    if (!row.has("during")) return in;
+    for (const std::string& name : row.strings("during")) {
+      bool found = false;
+      std::vector<std::string> names;
+      for (size_t i = 0; i < skill_.phases.size(); ++i) {
+        names.push_back(skill_.phases[i].name);
+        if (skill_.phases[i].name == name) in[i] = found = true;
+      }
+      if (!found) {
+        row.fail("during", fmt::format("\"during\": no phase named \"{}\".{}", name,
+                                       didYouMean(name, names)));
+      }
+    }
+    return in;
+  }
+
+  /// The robot's pose that key names ("zero" is always there), as joint angles.
+  VectorXd basePose(const TomlReader& row, const char* key) {
+    const sim::Model& m = *skill_.model;
+    VectorXd q = VectorXd::Zero(static_cast<Eigen::Index>(m.joints().size()));
+    base_root_.setZero();
+    const std::string name = row.string(key, "zero");
+    const auto pose = m.robot()->poses.find(name);
+    if (pose == m.robot()->poses.end()) {
+      if (name == "zero") return q;
+      std::vector<std::string> names = {"zero", "previous"};
+      for (const auto& [known, unused] : m.robot()->poses) names.push_back(known);
+      row.fail(key, fmt::format("\"{}\": {} has no pose \"{}\".{} Known: {}", key, m.robot()->name,
+                                name, didYouMean(name, names), join(names)));
+      return q;
+    }
+    base_root_ = pose->second.root_rpy;
+    for (size_t i = 0; i < m.joints().size(); ++i) {
+      const auto angle = pose->second.joints.find(m.joints()[i].name);
+      if (angle != pose->second.joints.end()) q[static_cast<Eigen::Index>(i)] = angle->second;
+    }
+    return q;
+  }
+
+  /// The joints a word means, with signs; a mistake is noted at key.
+  std::vector<std::pair<int, double>> joints(const TomlReader& row, const std::string& key,
+                                             const std::string& word) {
+    const sim::Model& m = *skill_.model;
+    std::vector<std::pair<int, double>> out;
+    for (const sim::SignedJoint& j : m.robot()->jointsNamed(word)) {
+      int index = -1;
+      for (size_t i = 0; i < m.joints().size(); ++i) {
+        if (m.joints()[i].name == j.joint) index = static_cast<int>(i);
+      }
+      if (index < 0) {
+        std::vector<std::string> names;
+        for (const auto& [pair, unused] : m.robot()->mirrored) names.push_back(pair);
+        for (const sim::Joint& joint : m.joints()) names.push_back(joint.name);
+        row.fail(key, fmt::format("no joint or pair of joints named \"{}\".{}", word,
+                                  didYouMean(word, names)));
+      } else {
+        out.emplace_back(index, j.sign);
+      }
+    }
+    return out;
+  }
+
+  std::vector<JointValue> jointValues(const TomlReader& row, const std::set<std::string>& except,
+                                      Scope scope) {
+    std::vector<JointValue> out;
+    for (const std::string& key : row.names()) {
+      if (except.contains(key)) continue;
+      const std::string text = expression(*row.find(key), scope);
+      for (const auto& [joint, sign] : joints(row, key, key)) out.push_back({joint, sign, text});
+    }
+    return out;
+  }
+
+  std::string expression(const TomlReader& row, const char* key, const char* otherwise,
+                         Scope scope) {
+    const TomlValue* v = row.find(key);
+    return v ? expression(*v, scope) : otherwise;
+  }
+
+  /// A number or an expression, checked: the text that Expression takes.
+  std::string expression(const TomlValue& v, Scope scope) {
+    const auto fail = [&](std::string_view message) {
+      diagnostics_.add(v.line, v.column, message);
+      return std::string("0");
+    };
+    if (v.isNumber()) {
+      if (!std::isfinite(v.number())) return fail("expected a finite number");
+      return fmt::format("({})", v.number());
+    }
+    if (!v.isString()) {
+      return fail(fmt::format("expected a number or an expression, got {}", v.kind()));
+    }
+    const double somewhere = 1;
+    try {
+      for (const std::string& name : control::Expression::namesIn(v.string())) {
+        if (known(scope, name)) continue;
+        const std::vector<std::string> candidates = names(scope);
+        return fail(fmt::format("\"{}\": nothing here is named \"{}\".{}", v.string(), name,
+                                didYouMean(name, candidates)));
+      }
+      const control::Expression checked(v.string(), [&](auto&) { return &somewhere; });
+    } catch (const InputError& e) {
+      return fail(e.what());
+    }
+    return v.string();
+  }
+
+  bool known(Scope scope, const std::string& name) {
+    const std::vector<std::string> plain = plainNames(scope);
+    if (std::find(plain.begin(), plain.end(), name) != plain.end()) return true;
+    return scope == Scope::kRunning && signals_->find(name);
+  }
+
+  std::vector<std::string> plainNames(Scope scope) const {
+    std::vector<std::string> out = {"task", "horizon", "pi"};
+    for (const ParamSpec& p : skill_.parameters) out.push_back(p.name);
+    if (scope == Scope::kRunning) out.insert(out.end(), {"time", "phase_time"});
+    if (scope == Scope::kVerdict) {
+      out.push_back("time");
+      for (const Measure& m : skill_.measures) out.push_back(m.name);
+      for (const Failure& f : skill_.failures) out.push_back(f.name);
+    }
+    return out;
+  }
+
+  std::vector<std::string> names(Scope scope) const {
+    std::vector<std::string> out = plainNames(scope);
+    if (scope == Scope::kRunning) {
+      for (const std::string& s : signals_->names()) out.push_back(s);
+    }
+    return out;
+  }
+
+  TomlValue document_;
+  Diagnostics diagnostics_;
+  Skill skill_;
+  std::unique_ptr<control::Signals> signals_;
+  Vector3d base_root_ = Vector3d::Zero();  // the attitude of the pose basePose() read last
+};
+
+}  // namespace
+
+VectorXd Skill::initialParameters() const {
+  VectorXd x(parameters.size());
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    x[static_cast<Eigen::Index>(i)] = parameters[i].initial;
+  }
+  return x;
+}
+
+std::shared_ptr<const Skill> Skill::fromFile(const fs::path& file) {
+  return SkillReader(file, readFile(file)).read();
+}
+
+fs::path findRobot(const std::string& name, const fs::path& beside) {
+  for (const fs::path& path : {beside / name, fs::path(name)}) {
+    if (fs::is_regular_file(path)) return path;
+  }
+  std::vector<std::string> names;
+  for (const fs::path& folder : modelFolders(beside)) {
+    if (fs::is_regular_file(folder / name / "robot.toml")) return folder / name / "robot.toml";
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      if (fs::is_regular_file(entry.path() / "robot.toml")) {
+        names.push_back(entry.path().filename().string());
+      }
+    }
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  throw InputError(fmt::format("no robot \"{}\": neither a file nor one of: {}.{}", name,
+                               join(names), didYouMean(name, names)));
+}
+
+}  // namespace traceur::skill

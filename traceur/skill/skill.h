@@ -1,0 +1,120 @@
+// A skill: a robot in a scene, what it does phase by phase, the numbers practice may move, and what
+// makes a trial good or bad. All of it is data a person writes in TOML; docs/guide/skill-files.md.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "traceur/core/param.h"
+#include "traceur/sim/model.h"
+
+namespace traceur::skill {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// What a person asks for: one number in the task's own unit.
+struct Task {
+  std::string name;
+  std::string unit;
+  double initial = 0;  ///< when nothing is asked
+  double min = 0;
+  double max = 0;
+  std::string achieved;   ///< expression over measures: what a trial did, in the same unit
+  double tolerance = 0;   ///< |achieved - task| a person would accept
+};
+
+/// A joint's target in a phase: sign · expression [rad].
+struct JointValue {
+  int joint = 0;  ///< index in sim::Model::joints()
+  double sign = 1;
+  std::string expression;
+};
+
+/// A force exerted through the joints, in every step of a phase.
+struct ForceTerm {
+  sim::BodyId body;
+  Vector3d p_BP = Vector3d::Zero();      ///< in the body's frame [m]
+  std::string x = "0", y = "0", z = "0";  ///< world axes [N]
+};
+
+struct Phase {
+  std::string name;
+  bool from_previous = false;  ///< joints not named keep the last phase's target, else base's
+  VectorXd base;               ///< by joint [rad]
+  std::vector<JointValue> targets;
+  std::string blend = "0";  ///< time over which the target moves from the last one [s]
+  std::vector<ForceTerm> forces;
+  bool limited = true;      ///< whether the forces' torques count against the motors' limits
+  std::string until;        ///< condition that ends it; empty: it is held to the end
+};
+
+/// Added to joint targets in every step.
+struct Feedback {
+  std::vector<JointValue> joints;  ///< sign · expression [rad]
+  std::vector<bool> during;        ///< by phase
+};
+
+/// A number taken from a whole trial: "max of com.z".
+struct Measure {
+  enum class Take { kFirst, kLast, kMin, kMax, kMean, kIntegral };
+  std::string name;
+  std::string of;  ///< expression over signals
+  Take take = Take::kLast;
+  std::vector<bool> during;  ///< by phase
+};
+
+/// A way to fail: the trial ends there and the constraint of this name is violated.
+struct Failure {
+  std::string name;
+  std::string when;  ///< condition over signals
+  std::vector<bool> during;
+};
+
+/// One term of the cost.
+struct Term {
+  std::string name;
+  std::string cost;  ///< expression over measures, failures (0 or 1), time, horizon
+};
+
+/// The controller's gains and limits where the skill overrides the robot's.
+struct ControllerOptions {
+  std::optional<double> kp, kd;            ///< [N·m/rad], [N·m·s/rad]
+  std::optional<double> torque, speed;     ///< limits [N·m], [rad/s]
+};
+
+/// Immutable; shared by all threads. Expressions are checked when it is read.
+struct Skill {
+  std::string name;
+  std::string description;
+  std::string text;            ///< the file, as it was read
+  std::filesystem::path file;
+  std::shared_ptr<const sim::Model> model;
+  sim::State start;
+  double horizon = 0;  ///< [s]
+  std::string stop;    ///< condition that ends a trial well; empty: the horizon does
+  Task task;
+  ParamSpecs parameters;
+  ControllerOptions controller;
+  std::vector<Phase> phases;
+  std::vector<Feedback> feedback;
+  std::vector<Measure> measures;
+  std::vector<Failure> failures;
+  std::vector<Term> terms;
+  double target_cost = 0;  ///< good enough: practice stops here
+
+  VectorXd initialParameters() const;
+
+  /// @throws InputError listing every mistake of the file with line and column
+  static std::shared_ptr<const Skill> fromFile(const std::filesystem::path& file);
+};
+
+/// Where the robot a skill or a person names is described: a path, or a name under models/ beside
+/// the file or above it, in $TRACEUR_DATA, or where Traceur is installed.
+/// @throws InputError with the names there are
+std::filesystem::path findRobot(const std::string& name, const std::filesystem::path& beside);
+
+}  // namespace traceur::skill

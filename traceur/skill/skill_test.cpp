@@ -1,0 +1,215 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "traceur/core/error.h"
+#include "traceur/core/toml.h"
+#include "traceur/optim/minimise.h"
+#include "traceur/skill/rollout.h"
+#include "traceur/skill/skill_problem.h"
+
+namespace traceur::skill {
+namespace {
+
+constexpr const char* kJump = "skills/bioloid-gp/jump.toml";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+std::shared_ptr<const Skill> fromText(const std::string& text) {
+  struct Scratch {
+    std::filesystem::path path;
+    ~Scratch() { std::filesystem::remove(path); }
+  } scratch{std::filesystem::path(testing::TempDir()) / "skill.toml"};
+  std::ofstream(scratch.path) << text;
+  return Skill::fromFile(scratch.path);
+}
+
+std::string mistakes(const std::string& text) {
+  try {
+    fromText(text);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+/// A skill of one parameter that does next to nothing, for a fraction of a second.
+constexpr const char* kNod = R"(
+name = "nod"
+robot = "bioloid-gp"
+horizon = 0.2
+[task]
+default = 0.1
+range = [0, 1]
+achieved = "bent"
+[start.pose]
+base = "stand"
+[parameters]
+lean = { unit = "rad", range = [-1, 1], initial = 0.3 }
+[[phase]]
+name = "bend"
+pose = { base = "stand", shoulder = "2 * lean", hip = 0.05 }
+until = "phase_time >= 0.1"
+[[phase]]
+name = "hold"
+pose = { base = "previous" }
+[measures]
+bent = { of = "joint.l_shoulder", take = "last" }
+highest = { of = "com.z", take = "max" }
+early = { of = "time", take = "max", during = ["bend"] }
+[[failure]]
+name = "fall"
+when = "com.z < 0.1"
+[[objective]]
+name = "bend"
+cost = "(bent - task)^2"
+[[objective]]
+name = "fall"
+cost = "10 * fall"
+)";
+
+TEST(SkillFile, TheNodDoesWhatItSays) {
+  const auto skill = fromText(kNod);
+  Runner runner(skill);
+  sim::Recording recording;
+  VectorXd x(1);
+  x << 0.3;
+  const Rollout r = runner.run(x, 0.1, &recording);
+  EXPECT_EQ(r.ended, "horizon");
+  EXPECT_NEAR(r.time, 0.2, 1e-9);
+  EXPECT_FALSE(r.failed());
+  EXPECT_NEAR(r.achieved, r.measures[0], 0);
+  EXPECT_NEAR(r.cost, (r.measures[0] - 0.1) * (r.measures[0] - 0.1), 1e-15);
+  EXPECT_NEAR(r.measures[2], 0.1, 1.1e-3);
+  EXPECT_GT(r.measures[0], 0.05);  // the arms are on their way to 0.6 rad
+  EXPECT_EQ(recording.frames.size(), 21u);
+  EXPECT_EQ(recording.frames.front().phase, 0);
+  EXPECT_EQ(recording.frames.back().phase, 1);
+  const auto& shoulder = skill->phases[0].targets;
+  ASSERT_EQ(shoulder.size(), 4u);  // two pairs of joints
+}
+
+TEST(SkillFile, MirroredNamesTurnOppositeWhereTheRobotSaysSo) {
+  const auto skill = fromText(kNod);
+  for (const JointValue& v : skill->phases[0].targets) {
+    const std::string& joint = skill->model->joints()[v.joint].name;
+    if (joint == "r_hip") EXPECT_EQ(v.sign, -1);
+    if (joint == "r_shoulder") EXPECT_EQ(v.sign, 1);
+  }
+}
+
+TEST(SkillFile, ReportsAllMistakesWithPlaceAndSuggestion) {
+  std::string text = kNod;
+  text = replaced(text, "hip = 0.05", "hpi = 0.05");
+  text = replaced(text, "2 * lean", "2 * laen");
+  text = replaced(text, "of = \"com.z\"", "of = \"con.z\"");
+  text = replaced(text, "take = \"last\"", "take = \"lsat\"");
+  text = replaced(text, "until = ", "untill = ");
+  text = replaced(text, "range = [-1, 1]", "range = [1, -1]");
+  text = replaced(text, "during = [\"bend\"]", "during = [\"bned\"]");
+  const std::string m = mistakes(text);
+  EXPECT_NE(m.find(":15:"), std::string::npos) << m;
+  for (const char* part :
+       {"Did you mean \"hip\"?", "Did you mean \"lean\"?", "Did you mean \"com.z\"?",
+        "Did you mean \"last\"?", "Did you mean \"until\"?", "min < max, got [1, -1]",
+        "Did you mean \"bend\"?"}) {
+    EXPECT_NE(m.find(part), std::string::npos) << part << "\n" << m;
+  }
+}
+
+TEST(SkillFile, RefusesWhatCannotBeRun) {
+  const std::string text = kNod;
+  EXPECT_NE(mistakes(replaced(text, "\"bioloid-gp\"", "\"bioloid\"")).find("Did you mean \"bioloid-gp\""),
+            std::string::npos);
+  EXPECT_NE(mistakes(replaced(text, "[-1, 1]", "[nan, 1]")).find("finite"), std::string::npos);
+  EXPECT_NE(mistakes(replaced(text, "horizon = 0.2", "horizon = -1")).find("(0, 600]"),
+            std::string::npos);
+  EXPECT_NE(mistakes(replaced(text, "default = 0.1", "default = 7")).find("min <= default"),
+            std::string::npos);
+  EXPECT_NE(mistakes(replaced(text, "com.z < 0.1", "com.z = 0.1")).find("did you mean '=='"),
+            std::string::npos);
+  EXPECT_NE(mistakes(replaced(text, "base = \"stand\"", "base = \"lie\"")).find("has no pose \"lie\""),
+            std::string::npos);
+  EXPECT_NE(mistakes(replaced(text, "name = \"nod\"", "name = 3")).find("expected text, got a number"),
+            std::string::npos);
+  EXPECT_NE(mistakes("name = \n").find(":1:"), std::string::npos);
+  EXPECT_NE(mistakes("").find("\"robot\" is missing"), std::string::npos);
+}
+
+TEST(SkillFile, EverySkillLoadsAndRuns) {
+  int skills = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator("skills")) {
+    if (entry.path().extension() != ".toml") continue;
+    SCOPED_TRACE(entry.path());
+    const auto skill = Skill::fromFile(entry.path());
+    Runner runner(skill);
+    const Rollout r = runner.run(skill->initialParameters(), skill->task.initial);
+    EXPECT_FALSE(r.diverged);
+    EXPECT_TRUE(std::isfinite(r.cost));
+    EXPECT_GT(r.time, 0.1);
+    EXPECT_EQ(r.terms.size(), skill->terms.size());
+    ++skills;
+  }
+  EXPECT_GE(skills, 1);
+}
+
+TEST(Rollout, EqualArgumentsGiveEqualBits) {
+  const auto skill = Skill::fromFile(kJump);
+  Runner a(skill);
+  Runner b(skill);
+  const VectorXd x = skill->initialParameters();
+  VectorXd other = x;
+  other[0] -= 0.2;
+  const Rollout first = a.run(x, 0.05);
+  b.run(other, 0.03);
+  sim::Recording recording;  // looking must not change anything
+  const Rollout second = b.run(x, 0.05, &recording);
+  EXPECT_EQ(first.hash, second.hash);
+  EXPECT_EQ(first.cost, second.cost);
+  EXPECT_NE(first.hash, a.run(other, 0.05).hash);
+}
+
+TEST(Rollout, AFailureEndsTheTrialAndNamesItsConstraint) {
+  const auto skill = Skill::fromFile(kJump);
+  Runner runner(skill);
+  VectorXd x = skill->initialParameters();
+  x[4] = 200;
+  x[5] = 200;  // thrown on its back
+  const Rollout r = runner.run(x, 0.05);
+  EXPECT_TRUE(r.failed());
+  EXPECT_TRUE(r.violated[0]);
+  EXPECT_EQ(r.ended, "fall");
+  EXPECT_LT(r.time, skill->horizon);
+}
+
+TEST(Rollout, ADivergedSimulationIsAFailedTrialNotAnException) {
+  std::string text = replaced(kNod, "pose = { base = \"previous\" }",
+                              "limited = false\npose = {}\nforce = [{ bodies = [\"l_hand\"], "
+                              "force = [0, 0, \"1e12 * lean\"] }]");
+  const auto skill = fromText(text);
+  Runner runner(skill);
+  VectorXd x(1);
+  x << 1;
+  const Rollout r = runner.run(x, 0.1);
+  EXPECT_TRUE(r.diverged);
+  EXPECT_TRUE(r.failed());
+  EXPECT_EQ(r.cost, INFINITY);
+  const SkillProblem problem(skill, 0.1);
+  EXPECT_TRUE(problem.evaluate(x).failed);
+  x << 0;
+  EXPECT_FALSE(problem.evaluate(x).failed);
+}
+
+TEST(Rollout, WrongParametersAreRefused) {
+  const auto skill = fromText(kNod);
+  Runner runner(skill);
+  EXPECT_THROW(runner.run(VectorXd::Zero(2), 0), InputError);
+  EXPECT_THROW(runner.run(VectorXd::Constant(1, NAN), 0), InputError);
+}
+
+}  // namespace
+}  // namespace traceur::skill
