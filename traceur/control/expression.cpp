@@ -22,8 +22,7 @@ struct Expression::Parser {
         throw InputError(fmt::format("\"{}\": '=' assigns; did you mean '=='?", text));
       }
     }
-    parser.DefineNameChars(
-        "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ");
+    parser.DefineNameChars("0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ");
     parser.DefineConst("pi", M_PI);
     parser.DefineFun("atan2", [](double y, double x) { return std::atan2(y, x); });
     parser.SetExpr(text);
@@ -70,6 +69,8 @@ Expression::Expression(const std::string& text, const Lookup& lookup)
   if (parser_->parser.GetUsedVar().empty()) parser_.reset();  // it will never change
 }
 
-double Expression::value() const { return parser_ ? parser_->parser.Eval() : constant_; }
+double Expression::value() const {
+  return parser_ ? parser_->parser.Eval() : constant_;
+}
 
 }  // namespace traceur::control

@@ -22,8 +22,8 @@ struct JointTarget {
 ///     τ = −K_p (q + v Δt − q*) − K_d (v + v̇ Δt)                       [Tan2011, Eq. 5-7]
 ///
 /// so that gains far above those an explicit controller could hold neither ring nor explode: the
-/// published kp = 60, kd = 3 on links of 10⁻⁴ kg·m² are stable at 2 ms. f_ext are gravity, Coriolis,
-/// passive and last step's contact forces, τ₀ what other controllers have already added.
+/// published kp = 60, kd = 3 on links of 10⁻⁴ kg·m² are stable at 2 ms. f_ext are gravity,
+/// Coriolis, passive and last step's contact forces, τ₀ what other controllers have already added.
 class StablePd {
  public:
   /// @param gains  by index in model.joints(); also the default of each joint's limits
@@ -50,7 +50,7 @@ class StablePd {
 /// Braking is never reduced by speed.
 double limitedTorque(double torque, double v, const sim::JointLimit& limit);
 
-/// A force at a point of a body, exerted through the joints: τ = Jᵀ f. [Ha2015, §3.4.3]
+/// A force at a point of a body, exerted through the joints: τ = Jᵀ f. [Ha2015, §7.4.1]
 struct VirtualForce {
   sim::BodyId body;
   sim::Vector3d p_BP = sim::Vector3d::Zero();  ///< in the body's frame [m]

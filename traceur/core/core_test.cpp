@@ -109,6 +109,7 @@ TEST(Text, SuggestsTheNearestNameOrNone) {
   const std::vector<std::string> names = {"thigh", "shin", "heel"};
   EXPECT_EQ(didYouMean("tihgh", names), " Did you mean \"thigh\"?");
   EXPECT_EQ(didYouMean("THIGH", names), " Did you mean \"thigh\"?");
+  EXPECT_EQ(didYouMean("thi", names), " Did you mean \"thigh\"?");
   EXPECT_EQ(didYouMean("banana", names), "");
 }
 
@@ -147,8 +148,9 @@ TEST(Toml, SyntaxErrorsNameLineAndColumn) {
 }
 
 TEST(Toml, MissingFileAndFolderAreNamed) {
-  EXPECT_NE(messageOf([] { readFile("no/such.toml"); }).find("no/such.toml: cannot be read: No such"),
-            std::string::npos);
+  EXPECT_NE(
+      messageOf([] { readFile("no/such.toml"); }).find("no/such.toml: cannot be read: No such"),
+      std::string::npos);
   EXPECT_NE(messageOf([] { readFile("."); }).find("got a folder"), std::string::npos);
 }
 
@@ -212,8 +214,9 @@ TEST(RunFile, RefusesANewerVersionAndADamagedFile) {
   std::string newer = bytes;
   newer[63] = 99;  // user_version, big-endian at 60..63 of the SQLite header
   put(newer);
-  EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("version 99, this program reads up to"),
-            std::string::npos);
+  EXPECT_NE(
+      messageOf([&] { RunFile::open(file, true); }).find("version 99, this program reads up to"),
+      std::string::npos);
   std::string foreign = bytes;
   foreign[68] = 0;  // application_id, at 68..71
   put(foreign);
@@ -224,6 +227,17 @@ TEST(RunFile, RefusesANewerVersionAndADamagedFile) {
   put(damaged);
   EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("left as it is"), std::string::npos);
   EXPECT_EQ(readFile(file), damaged);
+}
+
+TEST(RunFile, HasOneWriterAndAnyNumberOfReaders) {
+  const fs::path file = scratch() / "a.run";
+  {
+    const RunFile writer = RunFile::create(file, kMeta);
+    EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("another process is writing"),
+              std::string::npos);
+    EXPECT_EQ(RunFile::open(file, false).meta("skill"), "jump");
+  }
+  EXPECT_EQ(RunFile::open(file, true).meta("skill"), "jump");
 }
 
 TEST(RunFile, NoPermissionLeavesNothingBehind) {

@@ -1,7 +1,10 @@
 #include "traceur/core/run_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <functional>
@@ -27,10 +30,23 @@ constexpr const char* kSchema = R"(
 struct RunFile::Impl {
   std::filesystem::path file;
   sqlite3* db = nullptr;
+  int lock = -1;
 
-  ~Impl() { sqlite3_close(db); }
+  ~Impl() {
+    sqlite3_close(db);
+    if (lock >= 0) ::close(lock);  // after SQLite: closing any descriptor drops its own locks
+  }
 
-  /// SQLite's complaint as ours: what is wrong with the file is the caller's, the rest the machine's.
+  /// Two programs that resume the same run would write the same generations.
+  void lockForWriting() {
+    lock = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (lock < 0 || flock(lock, LOCK_EX | LOCK_NB) != 0) {
+      throw InputError(fmt::format("{}: another process is writing it", file.string()));
+    }
+  }
+
+  /// SQLite's complaint as ours: what is wrong with the file is the caller's, the rest the
+  /// machine's.
   [[noreturn]] void fail(const std::string& what) const {
     const int code = sqlite3_errcode(db) & 0xff;
     const std::string message = fmt::format("{}: {}: {}", file.string(), what, sqlite3_errmsg(db));
@@ -100,7 +116,8 @@ class Statement {
 };
 
 void putMeta(const auto& impl, const RunFile::Meta& meta) {
-  Statement insert(impl, "INSERT INTO meta VALUES(?, ?) ON CONFLICT DO UPDATE SET value = excluded.value");
+  Statement insert(
+      impl, "INSERT INTO meta VALUES(?, ?) ON CONFLICT DO UPDATE SET value = excluded.value");
   for (const auto& [key, value] : meta) insert.bind(1, key).bind(2, value).run();
 }
 
@@ -154,6 +171,7 @@ RunFile RunFile::create(const std::filesystem::path& file, const Meta& meta) {
     putMeta(*impl, meta);
     impl->execute("COMMIT", "cannot be written");
     transaction.done();
+    impl->lockForWriting();
   } catch (...) {
     impl.reset();
     std::filesystem::remove(file, error);  // ours and empty: nothing half-written stays
@@ -189,6 +207,7 @@ RunFile RunFile::open(const std::filesystem::path& file, bool to_write) {
   if (const std::string verdict = pragma("quick_check(1)"); verdict != "ok") {
     throw InputError(fmt::format("{}: damaged: {} (left as it is)", file.string(), verdict));
   }
+  if (to_write) impl->lockForWriting();
   return RunFile(std::move(impl));
 }
 
@@ -259,6 +278,8 @@ std::optional<std::string> RunFile::recording(const std::string& name) const {
   return s.bytes(0);
 }
 
-const std::filesystem::path& RunFile::path() const { return impl_->file; }
+const std::filesystem::path& RunFile::path() const {
+  return impl_->file;
+}
 
 }  // namespace traceur

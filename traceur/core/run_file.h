@@ -17,9 +17,9 @@ struct TrialRow {
   int generation = 0;
   int number = 0;  ///< within its generation
   double cost = 0;
-  bool failed = false;      ///< no meaningful cost
-  std::string violated;     ///< names of the violated constraints, comma separated
-  std::vector<double> x;    ///< the parameters, in the order and units of meta "parameters"
+  bool failed = false;    ///< no meaningful cost
+  std::string violated;   ///< names of the violated constraints, comma separated
+  std::vector<double> x;  ///< the parameters, in the order and units of meta "parameters"
 };
 
 /// Schema (application_id 0x54726372, user_version kVersion):
@@ -39,7 +39,8 @@ class RunFile {
   /// @throws InputError when the file exists; SystemError when it cannot be written
   static RunFile create(const std::filesystem::path& file, const Meta& meta);
   /// An existing file, to read or to go on with.
-  /// @throws InputError: missing, not a run, made by a newer version, damaged. Never changes it.
+  /// @throws InputError: missing, not a run, made by a newer version, damaged, or to be written
+  /// while another process writes it. Never changes it.
   static RunFile open(const std::filesystem::path& file, bool to_write);
   ~RunFile();
   RunFile(RunFile&&) noexcept;

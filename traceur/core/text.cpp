@@ -31,7 +31,9 @@ std::string didYouMean(std::string_view word, std::span<const std::string> candi
   const std::string* nearest = nullptr;
   int least = std::max(1, static_cast<int>(word.size()) / 3) + 1;
   for (const std::string& c : candidates) {
-    const int d = editDistance(word, c);
+    // The beginning of a name counts as nearly the name.
+    const bool begins = word.size() >= 3 && c.starts_with(word);
+    const int d = begins ? 1 : editDistance(word, c);
     if (d < least) {
       least = d;
       nearest = &c;

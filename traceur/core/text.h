@@ -9,7 +9,7 @@
 namespace traceur {
 
 /// " Did you mean X?" for the candidate nearest to word (Damerau-Levenshtein distance at most a
-/// third of its length, at least 1), or "" when none is near.
+/// third of its length, at least 1; or beginning with word), or "" when none is near.
 std::string didYouMean(std::string_view word, std::span<const std::string> candidates);
 
 /// "a, b, c".

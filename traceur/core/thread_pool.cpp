@@ -62,7 +62,9 @@ ThreadPool::~ThreadPool() {
   for (std::jthread& w : state_->workers) w.request_stop();
 }
 
-int ThreadPool::threads() const { return static_cast<int>(state_->workers.size()) + 1; }
+int ThreadPool::threads() const {
+  return static_cast<int>(state_->workers.size()) + 1;
+}
 
 void ThreadPool::forEach(int n, const std::function<void(int)>& work) {
   State& s = *state_;

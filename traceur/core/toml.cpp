@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <toml++/toml.h>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <sstream>
-#include <toml++/toml.h>
 
 #include "traceur/core/text.h"
 
@@ -58,7 +59,9 @@ const TomlValue* TomlReader::find(std::string_view key) const {
   return it == table_->table().end() ? nullptr : &it->second;
 }
 
-bool TomlReader::has(std::string_view key) const { return find(key) != nullptr; }
+bool TomlReader::has(std::string_view key) const {
+  return find(key) != nullptr;
+}
 
 void TomlReader::fail(std::string_view key, std::string_view message) const {
   const TomlValue* v = find(key);
@@ -171,6 +174,12 @@ std::vector<std::string> TomlReader::names() const {
     known_->insert(key);
     out.push_back(key);
   }
+  const auto place = [&](const std::string& key) {
+    const TomlValue& v = table_->table().at(key);
+    return std::pair(v.line, v.column);
+  };
+  std::stable_sort(out.begin(), out.end(),
+                   [&](const std::string& a, const std::string& b) { return place(a) < place(b); });
   return out;
 }
 

@@ -56,7 +56,7 @@ class TomlReader {
   TomlReader table(std::string_view key) const;
   /// The tables of `[[key]]`; none if it is missing.
   std::vector<TomlReader> tables(std::string_view key) const;
-  /// All keys, marked as known: for tables whose keys are names.
+  /// All keys in the order of the text, marked as known: for tables whose keys are names.
   std::vector<std::string> names() const;
   /// The value under key or null.
   const TomlValue* find(std::string_view key) const;

@@ -24,8 +24,8 @@ std::vector<std::string> namesOf(const mjModel* m, mjtObj type, int count) {
 
 [[noreturn]] void failNoName(const mjModel* m, mjtObj type, int count, std::string_view what,
                              std::string_view name) {
-  throw InputError(fmt::format("no {} named \"{}\".{}", what, name,
-                               didYouMean(name, namesOf(m, type, count))));
+  throw InputError(
+      fmt::format("no {} named \"{}\".{}", what, name, didYouMean(name, namesOf(m, type, count))));
 }
 
 /// Lowest point of a geom above z = 0 [m], exact for the primitive shapes.
@@ -42,7 +42,8 @@ double lowestPoint(const mjModel* m, const mjData* d, int geom) {
     case mjGEOM_CYLINDER:
       return p[2] - s[0] * std::sqrt(zx * zx + zy * zy) - s[1] * std::abs(zz);
     case mjGEOM_ELLIPSOID:
-      return p[2] - std::sqrt(s[0] * s[0] * zx * zx + s[1] * s[1] * zy * zy + s[2] * s[2] * zz * zz);
+      return p[2] -
+             std::sqrt(s[0] * s[0] * zx * zx + s[1] * s[1] * zy * zy + s[2] * s[2] * zz * zz);
     case mjGEOM_BOX:
       return p[2] - s[0] * std::abs(zx) - s[1] * std::abs(zy) - s[2] * std::abs(zz);
     case mjGEOM_MESH: {
@@ -60,6 +61,10 @@ double lowestPoint(const mjModel* m, const mjData* d, int geom) {
 }
 
 }  // namespace
+
+std::string engineVersion() {
+  return std::string("MuJoCo ") + mj_versionString();
+}
 
 Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
     : mjcf_(std::move(mjcf)), robot_(std::move(robot)) {
@@ -141,12 +146,24 @@ std::shared_ptr<const Model> Model::fromMjcf(const std::string& text) {
   return std::shared_ptr<const Model>(new Model(text, nullptr));
 }
 
-int Model::nq() const { return model_->nq; }
-int Model::nv() const { return model_->nv; }
-int Model::nu() const { return model_->nu; }
-int Model::bodies() const { return model_->nbody; }
-double Model::timeStep() const { return model_->opt.timestep; }
-double Model::mass() const { return model_->body_subtreemass[root_.value]; }
+int Model::nq() const {
+  return model_->nq;
+}
+int Model::nv() const {
+  return model_->nv;
+}
+int Model::nu() const {
+  return model_->nu;
+}
+int Model::bodies() const {
+  return model_->nbody;
+}
+double Model::timeStep() const {
+  return model_->opt.timestep;
+}
+double Model::mass() const {
+  return model_->body_subtreemass[root_.value];
+}
 
 BodyId Model::body(std::string_view name) const {
   const int id = mj_name2id(model_, mjOBJ_BODY, std::string(name).c_str());
@@ -159,9 +176,15 @@ std::string Model::bodyName(BodyId body) const {
   return name && *name ? name : fmt::format("body {}", body.value);
 }
 
-BodyId Model::parent(BodyId body) const { return {model_->body_parentid[body.value]}; }
-bool Model::isStatic(BodyId body) const { return model_->body_weldid[body.value] == 0; }
-double Model::bodyMass(BodyId body) const { return model_->body_mass[body.value]; }
+BodyId Model::parent(BodyId body) const {
+  return {model_->body_parentid[body.value]};
+}
+bool Model::isStatic(BodyId body) const {
+  return model_->body_weldid[body.value] == 0;
+}
+double Model::bodyMass(BodyId body) const {
+  return model_->body_mass[body.value];
+}
 
 const Joint& Model::joint(std::string_view name) const {
   for (const Joint& j : joints_) {

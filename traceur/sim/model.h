@@ -15,6 +15,9 @@ namespace traceur::sim {
 
 using Eigen::VectorXd;
 
+/// The physics engine's version: results are bit-equal only within one.
+std::string engineVersion();
+
 /// Made only by Model: a name becomes an id once, and a wrong name fails at load.
 struct BodyId {
   int value = -1;
@@ -24,9 +27,9 @@ struct BodyId {
 /// A hinge or slide joint with the motor that drives it.
 struct Joint {
   std::string name;
-  int q = -1;      ///< index in q (nq)
-  int v = -1;      ///< index in v (nv)
-  int motor = -1;  ///< index in the motor command (nu); -1: not actuated
+  int q = -1;        ///< index in q (nq)
+  int v = -1;        ///< index in v (nv)
+  int motor = -1;    ///< index in the motor command (nu); -1: not actuated
   JointLimit limit;  ///< infinite where the robot does not say
 };
 

@@ -110,8 +110,7 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
   if (!(robot.mass_scale > 0)) reader.fail("mass_scale", "\"mass_scale\": expected a factor > 0");
   if (reader.has("published")) {
     const TomlReader p = reader.table("published");
-    robot.published = PublishedFigures{p.number("mass"), p.number("height"),
-                                       p.number("com_height"),
+    robot.published = PublishedFigures{p.number("mass"), p.number("height"), p.number("com_height"),
                                        static_cast<int>(p.number("joints")), p.string("source")};
     p.finish();
   }

@@ -69,8 +69,8 @@ struct Robot {
   double mass_scale = 1;       ///< factor on every mass and inertia in the file
   std::optional<PublishedFigures> published;
   std::map<std::string, MirroredPair> mirrored;
-  std::map<std::string, JointLimit> limits;  ///< by joint
-  std::map<std::string, JointGain> gains;    ///< by joint
+  std::map<std::string, JointLimit> limits;                ///< by joint
+  std::map<std::string, JointGain> gains;                  ///< by joint
   std::map<std::string, std::vector<std::string>> limbs;   ///< bodies from the root outwards
   std::map<std::string, std::vector<std::string>> bodies;  ///< groups of bodies
   std::map<std::string, ContactPoint> contacts;
@@ -84,6 +84,5 @@ struct Robot {
   /// the model may lack).
   std::vector<SignedJoint> jointsNamed(const std::string& word) const;
 };
-
 
 }  // namespace traceur::sim

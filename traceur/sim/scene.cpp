@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstring>
-#include <Eigen/Geometry>
 #include <functional>
 #include <set>
 
@@ -22,7 +22,9 @@ namespace fs = std::filesystem;
 /// Thickness of a wall behind its face [m]: more than anything penetrates at our speeds.
 constexpr double kWallThickness = 0.2;
 
-std::string numbers(const Vector3d& v) { return fmt::format("{} {} {}", v.x(), v.y(), v.z()); }
+std::string numbers(const Vector3d& v) {
+  return fmt::format("{} {} {}", v.x(), v.y(), v.z());
+}
 
 std::string quaternion(const Vector3d& rpy) {
   const Eigen::Quaterniond R(Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) *
@@ -228,7 +230,7 @@ void addGround(XMLElement* world, const Material& material) {
   XMLElement* geom = world->InsertNewChildElement("geom");
   geom->SetAttribute("name", "ground");
   geom->SetAttribute("type", "plane");
-  geom->SetAttribute("size", "20 20 0.5");
+  geom->SetAttribute("size", "0 0 0.05");  // endless
   geom->SetAttribute("material", "traceur_ground");
   addMaterial(geom, material);
 }
@@ -269,28 +271,41 @@ void addProp(XMLElement* world, const Prop& p) {
   addMaterial(geom, p.material);
 }
 
-/// Sky, light and ground grid: what makes a picture readable. No effect on the physics.
-constexpr const char* kLook = R"(
+/// Sky, light and ground grid: what makes a picture readable, without effect on the physics.
+/// Its grid has squares of `square` metres.
+std::string look(double square) {
+  return fmt::format(R"(
 <mujoco>
   <visual>
-    <headlight ambient="0.35 0.35 0.35" diffuse="0.35 0.35 0.35" specular="0.1 0.1 0.1"/>
-    <quality shadowsize="4096" offsamples="8"/>
-    <map znear="0.005" shadowclip="1"/>
+    <headlight ambient="0.4 0.4 0.4" diffuse="0.35 0.35 0.35" specular="0 0 0"/>
+    <quality shadowsize="4096" offsamples="4"/>
+    <map znear="0.01" shadowclip="2" fogstart="5" fogend="18"/>
+    <rgba fog="0.95 0.955 0.96 1" haze="0.95 0.955 0.96 1"/>
   </visual>
   <asset>
-    <texture name="traceur_sky" type="skybox" builtin="gradient" rgb1="0.93 0.95 0.97" rgb2="0.72 0.79 0.86" width="128" height="768"/>
-    <texture name="traceur_grid" type="2d" builtin="checker" rgb1="0.86 0.88 0.90" rgb2="0.80 0.83 0.86" mark="edge" markrgb="0.62 0.66 0.70" width="256" height="256"/>
-    <material name="traceur_ground" texture="traceur_grid" texrepeat="10 10" texuniform="true" reflectance="0"/>
+    <texture name="traceur_sky" type="skybox" builtin="gradient" rgb1="1 1 1" rgb2="0.95 0.955 0.96" width="128" height="768"/>
+    <texture name="traceur_grid" type="2d" builtin="checker" rgb1="0.96 0.965 0.97" rgb2="0.90 0.905 0.91" mark="edge" markrgb="0.80 0.81 0.82" width="512" height="512"/>
+    <material name="traceur_ground" texture="traceur_grid" texrepeat="{0} {0}" texuniform="true" reflectance="0" specular="0"/>
   </asset>
   <worldbody>
-    <light name="traceur_sun" directional="true" pos="0 0 4" dir="0.3 0.4 -1" diffuse="0.55 0.55 0.55" specular="0.15 0.15 0.15" castshadow="true"/>
+    <light name="traceur_sun" directional="true" pos="0 0 4" dir="-0.25 0.45 -1" diffuse="0.48 0.48 0.48" specular="0.15 0.15 0.15" castshadow="true"/>
   </worldbody>
-</mujoco>)";
+</mujoco>)",
+                     1 / square);
+}
 
-void addLook(XMLElement* mujoco) {
-  XMLDocument look;
-  look.Parse(kLook);
-  for (auto* c = look.RootElement()->FirstChild(); c; c = c->NextSibling()) {
+/// 0.1 m for a small robot, else 1 m.
+double gridSquare(const Scene& scene) {
+  constexpr double kSmall = 0.8;  // published height [m]: toddler-size robots and less [ours]
+  const bool small =
+      scene.robot && scene.robot->published && scene.robot->published->height < kSmall;
+  return small ? 0.1 : 1.0;
+}
+
+void addLook(XMLElement* mujoco, double square) {
+  XMLDocument parts;
+  parts.Parse(look(square).c_str());
+  for (auto* c = parts.RootElement()->FirstChild(); c; c = c->NextSibling()) {
     mujoco->InsertEndChild(c->DeepClone(mujoco->GetDocument()));
   }
 }
@@ -331,8 +346,9 @@ std::string composeMjcf(const Scene& scene) {
     parse(document, mjcf, file);
     root = document.RootElement();
   } else if (!root || std::strcmp(root->Name(), "mujoco") != 0) {
-    fail(file, root, fmt::format("expected <mujoco> (MJCF) or <robot> (URDF), got <{}>",
-                                 root ? root->Name() : ""));
+    fail(file, root,
+         fmt::format("expected <mujoco> (MJCF) or <robot> (URDF), got <{}>",
+                     root ? root->Name() : ""));
   } else {
     resolveIncludes(root, file);
     resolveAssets(root, file);
@@ -350,7 +366,7 @@ std::string composeMjcf(const Scene& scene) {
     fragment.Parse(("<size " + size + "/>").c_str());
     root->InsertEndChild(fragment.RootElement()->DeepClone(&document));
   }
-  addLook(root);
+  addLook(root, gridSquare(scene));
   XMLElement* world = root->InsertNewChildElement("worldbody");
   if (scene.ground) addGround(world, scene.ground_material);
   for (const Prop& p : scene.props) addProp(world, p);

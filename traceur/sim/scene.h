@@ -10,8 +10,9 @@
 
 namespace traceur::sim {
 
-/// How a surface of the scene meets the robot (its material then decides) or another one (the larger
-/// friction then counts). Contact softness decides impact forces, so every comparison fixes it.
+/// How a surface of the scene meets the robot (its material then decides) or another one (the
+/// larger friction then counts). Contact softness decides impact forces, so every comparison fixes
+/// it.
 struct Material {
   double friction = 1.0;  ///< Coulomb coefficient
   double rolling = 0.0;   ///< rolling friction as a lever arm [m]; 0: rolls on
@@ -43,7 +44,7 @@ Prop rail(std::string name, const Vector3d& from, const Vector3d& to, double rad
 
 struct Scene {
   std::shared_ptr<const Robot> robot = nullptr;  ///< may be null: props alone
-  bool ground = true;                  ///< the plane z = 0
+  bool ground = true;                            ///< the plane z = 0
   Material ground_material = {};
   std::vector<Prop> props = {};
   double time_step = 0.001;                  ///< [s]

@@ -21,7 +21,9 @@ std::shared_ptr<const Robot> bioloid() {
   return kRobot;
 }
 
-Torque none(const Model& model) { return {VectorXd::Zero(model.nu())}; }
+Torque none(const Model& model) {
+  return {VectorXd::Zero(model.nu())};
+}
 
 /// A robot thrown into the air, all joints moving.
 State thrown(const Model& model) {
@@ -174,7 +176,8 @@ TEST(Ground, SupportPolygonIsTheHullOfBothSoles) {
 }
 
 TEST(Ground, AStackOfBoxesPressesWithItsWeightWhereItStands) {
-  const auto model = props({{.name = "lower", .size = {0.2, 0.2, 0.1}, .position = {1, 2, 0.1}, .mass = 5}});
+  const auto model =
+      props({{.name = "lower", .size = {0.2, 0.2, 0.1}, .position = {1, 2, 0.1}, .mass = 5}});
   World world(model);
   for (int i = 0; i < 1000; ++i) world.step({VectorXd(0)});
   ASSERT_TRUE(world.snapshot().cop());
@@ -353,8 +356,11 @@ TEST(Scene, WallAndRailStandWhereTheyAreAsked) {
 
 TEST(Scene, SofterGroundSinksDeeper) {
   const auto depth = [](double compliance) {
-    Prop ball{.name = "ball", .shape = Prop::Shape::kBall, .size = Vector3d::Constant(0.05),
-              .position = {0, 0, 0.05}, .mass = 5};
+    Prop ball{.name = "ball",
+              .shape = Prop::Shape::kBall,
+              .size = Vector3d::Constant(0.05),
+              .position = {0, 0, 0.05},
+              .mass = 5};
     ball.material.compliance = compliance;
     Scene scene{.ground_material = {.compliance = compliance}, .props = {ball}};
     const auto model = Model::fromScene(scene);
@@ -416,12 +422,16 @@ TEST(Model, BrokenFilesNameFileAndLine) {
     }
     return std::string("accepted");
   };
-  EXPECT_NE(message("<mujoco>\n<worldbody>\n</mujoco>", "a.xml").find("a.xml:2:"), std::string::npos);
+  EXPECT_NE(message("<mujoco>\n<worldbody>\n</mujoco>", "a.xml").find("a.xml:2:"),
+            std::string::npos);
   EXPECT_NE(message("<html/>", "b.xml").find("expected <mujoco>"), std::string::npos);
-  EXPECT_NE(message("<mujoco><worldbody><body><geom typ='box'/></body></worldbody></mujoco>", "c.xml")
-                .find("typ"), std::string::npos);
+  EXPECT_NE(
+      message("<mujoco><worldbody><body><geom typ='box'/></body></worldbody></mujoco>", "c.xml")
+          .find("typ"),
+      std::string::npos);
   EXPECT_NE(message("<mujoco><asset><mesh file='x.stl'/></asset></mujoco>", "d.xml")
-                .find("no such asset"), std::string::npos);
+                .find("no such asset"),
+            std::string::npos);
 }
 
 TEST(Robot, ReportsEveryMistakeAtOnce) {

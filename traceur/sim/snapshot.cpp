@@ -8,11 +8,15 @@
 namespace traceur::sim {
 namespace {
 
-Vector3d vec(const mjtNum* p) { return {p[0], p[1], p[2]}; }
+Vector3d vec(const mjtNum* p) {
+  return {p[0], p[1], p[2]};
+}
 
 }  // namespace
 
-double Snapshot::time() const { return data_->time; }
+double Snapshot::time() const {
+  return data_->time;
+}
 
 Eigen::Map<const VectorXd> Snapshot::q() const {
   return Eigen::Map<const VectorXd>(data_->qpos, model_->nq());
@@ -21,7 +25,9 @@ Eigen::Map<const VectorXd> Snapshot::v() const {
   return Eigen::Map<const VectorXd>(data_->qvel, model_->nv());
 }
 
-Vector3d Snapshot::com() const { return vec(data_->subtree_com + 3 * model_->root().value); }
+Vector3d Snapshot::com() const {
+  return vec(data_->subtree_com + 3 * model_->root().value);
+}
 
 Vector3d Snapshot::comVelocity() const {
   if (!has_velocities_) {
@@ -31,21 +37,27 @@ Vector3d Snapshot::comVelocity() const {
   return vec(data_->subtree_linvel + 3 * model_->root().value);
 }
 
-Vector3d Snapshot::linearMomentum() const { return model_->mass() * comVelocity(); }
+Vector3d Snapshot::linearMomentum() const {
+  return model_->mass() * comVelocity();
+}
 
 Vector3d Snapshot::angularMomentum() const {
   comVelocity();
   return vec(data_->subtree_angmom + 3 * model_->root().value);
 }
 
-Vector3d Snapshot::bodyPosition(BodyId body) const { return vec(data_->xpos + 3 * body.value); }
+Vector3d Snapshot::bodyPosition(BodyId body) const {
+  return vec(data_->xpos + 3 * body.value);
+}
 
 Matrix3d Snapshot::bodyRotation(BodyId body) const {
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   return Eigen::Map<const RowMajor>(data_->xmat + 9 * body.value);
 }
 
-Vector3d Snapshot::bodyCom(BodyId body) const { return vec(data_->xipos + 3 * body.value); }
+Vector3d Snapshot::bodyCom(BodyId body) const {
+  return vec(data_->xipos + 3 * body.value);
+}
 
 Vector3d Snapshot::bodyVelocity(BodyId body) const {
   mjtNum velocity[6];  // rotation, then translation
@@ -173,15 +185,13 @@ void Snapshot::capture() {
   for (int i = 0; i < data_->ncon; ++i) {
     const mjContact& c = data_->contact[i];
     if (c.efc_address < 0) continue;  // in the margin, not pressing
-    mjtNum wrench[6];                 // in the contact's frame, whose x is the normal
+    mjtNum wrench[6];                 // force and moment in the contact's frame
     mj_contactForce(m, data_, i, wrench);
-    mjtNum f[3];
-    mju_rotVecMatT(f, wrench, c.frame);
-    contacts_.push_back({{m->geom_bodyid[c.geom1]},
-                         {m->geom_bodyid[c.geom2]},
-                         vec(c.pos),
-                         vec(c.frame),
-                         vec(f)});
+    // The frame's rows are its axes in the world's; the first is the normal.
+    const Vector3d f =
+        vec(c.frame) * wrench[0] + vec(c.frame + 3) * wrench[1] + vec(c.frame + 6) * wrench[2];
+    contacts_.push_back(
+        {{m->geom_bodyid[c.geom1]}, {m->geom_bodyid[c.geom2]}, vec(c.pos), vec(c.frame), f});
   }
   if (wants_joint_forces_) {
     mj_rnePostConstraint(m, data_);

@@ -30,7 +30,7 @@ struct Contact {
 /// jointForces belong to the step that led here, the last one whose forces are known.
 class Snapshot {
  public:
-  double time() const;  ///< [s]
+  double time() const;                   ///< [s]
   Eigen::Map<const VectorXd> q() const;  ///< (nq)
   Eigen::Map<const VectorXd> v() const;  ///< (nv)
 
@@ -53,7 +53,7 @@ class Snapshot {
   /// Convex hull of the robot's contacts with the static world, counter-clockwise, (x, y) [m].
   std::vector<Vector2d> supportPolygon() const;
   /// Force of the parent on each body through its joint, (3 x bodies) [N]; needs
-  /// World::Options::joint_forces. Its norm is the dissertation's joint stress [Ha2015, §3.6].
+  /// World::Options::joint_forces. Its norm is the dissertation's joint stress [Ha2015, §3.6.1].
   const Matrix3Xd& jointForces() const { return joint_forces_; }
 
   /// J with ṗ = J·v for the point p_BP (body frame) of a body, (3 x nv).
@@ -81,8 +81,8 @@ class Snapshot {
   bool wants_joint_forces_ = false;
   std::vector<Contact> contacts_;
   Matrix3Xd joint_forces_;
-  mutable bool has_velocities_ = false;   // subtree velocities are computed once per step
-  mutable std::vector<double> factor_;    // scratch of solveInertia
+  mutable bool has_velocities_ = false;  // subtree velocities are computed once per step
+  mutable std::vector<double> factor_;   // scratch of solveInertia
 };
 
 }  // namespace traceur::sim

@@ -20,7 +20,9 @@ World::World(std::shared_ptr<const Model> model, Options options)
   reset(model_->initialState());
 }
 
-World::~World() { mj_deleteData(data_); }
+World::~World() {
+  mj_deleteData(data_);
+}
 
 void World::reset(const State& state) {
   const mjModel* m = model_->raw();
@@ -72,11 +74,15 @@ void World::push(BodyId body, const Vector3d& force, const Vector3d& moment) {
   Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value + 3) = moment;
 }
 
-State World::state() const { return {snapshot_.time(), snapshot_.q(), snapshot_.v()}; }
+State World::state() const {
+  return {snapshot_.time(), snapshot_.q(), snapshot_.v()};
+}
 
 bool World::diverged() const {
-  return data_->warning[mjWARN_BADQPOS].number > 0 || data_->warning[mjWARN_BADQVEL].number > 0 ||
-         data_->warning[mjWARN_BADQACC].number > 0;
+  for (const int warning : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC, mjWARN_BADCTRL}) {
+    if (data_->warning[warning].number > 0) return true;
+  }
+  return false;
 }
 
 }  // namespace traceur::sim

@@ -43,8 +43,8 @@ class World {
 
   const Snapshot& snapshot() const { return snapshot_; }
   State state() const;
-  /// The simulation left the numbers it can represent (NaN, unbounded velocity or acceleration):
-  /// what follows means nothing. Cleared by reset().
+  /// The simulation left the numbers it can represent (NaN or beyond 1e10 in position,
+  /// velocity, acceleration or torque): what follows means nothing. Cleared by reset().
   bool diverged() const;
   const Model& model() const { return *model_; }
   mjData_* raw() { return data_; }

@@ -13,12 +13,12 @@ namespace traceur::skill {
 /// What one trial did. A fall, or a simulation that diverged, is a value.
 struct Rollout {
   double cost = 0;
-  std::vector<double> terms;   ///< by Skill::terms
-  std::vector<bool> violated;  ///< by Skill::failures
-  bool diverged = false;       ///< the simulation left the finite numbers: cost means nothing
-  double achieved = 0;         ///< in the task's unit
-  double time = 0;             ///< when it ended [s]
-  std::string ended;           ///< "horizon", "stop", "diverged" or the failure's name
+  std::vector<double> terms;     ///< by Skill::terms
+  std::vector<bool> violated;    ///< by Skill::failures
+  bool diverged = false;         ///< the simulation left the finite numbers: cost means nothing
+  double achieved = 0;           ///< in the task's unit
+  double time = 0;               ///< when it ended [s]
+  std::string ended;             ///< "horizon", "stop", "diverged" or the failure's name
   std::vector<double> measures;  ///< by Skill::measures
   std::uint64_t hash = 0;        ///< of the states every 10 ms and of the last one
 

@@ -67,8 +67,7 @@ class SkillReader {
       readFailures(top);
       readObjective(top);
       skill_.stop = expression(top, "stop", "", Scope::kRunning);
-      skill_.task.achieved =
-          expression(top.table("task"), "achieved", "", Scope::kVerdict);
+      skill_.task.achieved = expression(top.table("task"), "achieved", "", Scope::kVerdict);
     } else {
       for (const char* key : {"start", "controller", "phase", "feedback", "measures", "failure",
                               "objective", "stop"}) {
@@ -102,14 +101,7 @@ class SkillReader {
   }
 
   void readParameters(const TomlReader& table) {
-    // In the order of the text: it is the order of the optimiser's variables.
-    std::vector<std::pair<std::pair<int, int>, std::string>> order;
-    for (const std::string& name : table.names()) {
-      const TomlValue* v = table.find(name);
-      order.push_back({{v->line, v->column}, name});
-    }
-    std::sort(order.begin(), order.end());
-    for (const auto& [place, name] : order) {
+    for (const std::string& name : table.names()) {  // the order of the optimiser's variables
       const TomlReader row = table.table(name);
       ParamSpec p;
       p.name = name;
@@ -357,7 +349,8 @@ class SkillReader {
       Failure f;
       f.name = row.string("name");
       f.when = expression(row, "when", "", Scope::kRunning);
-      if (f.when.empty()) row.fail("when", fmt::format("failure \"{}\": \"when\" is missing", f.name));
+      if (f.when.empty())
+        row.fail("when", fmt::format("failure \"{}\": \"when\" is missing", f.name));
       f.during = during(row);
       row.finish();
       skill_.failures.push_back(std::move(f));
@@ -369,7 +362,8 @@ class SkillReader {
       Term t;
       t.name = row.string("name");
       t.cost = expression(row, "cost", "", Scope::kVerdict);
-      if (t.cost.empty()) row.fail("cost", fmt::format("objective \"{}\": \"cost\" is missing", t.name));
+      if (t.cost.empty())
+        row.fail("cost", fmt::format("objective \"{}\": \"cost\" is missing", t.name));
       row.finish();
       skill_.terms.push_back(std::move(t));
     }
@@ -533,7 +527,11 @@ VectorXd Skill::initialParameters() const {
 }
 
 std::shared_ptr<const Skill> Skill::fromFile(const fs::path& file) {
-  return SkillReader(file, readFile(file)).read();
+  return fromText(readFile(file), file);
+}
+
+std::shared_ptr<const Skill> Skill::fromText(const std::string& text, const fs::path& file) {
+  return SkillReader(file, text).read();
 }
 
 fs::path findRobot(const std::string& name, const fs::path& beside) {

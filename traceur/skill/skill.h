@@ -23,8 +23,8 @@ struct Task {
   double initial = 0;  ///< when nothing is asked
   double min = 0;
   double max = 0;
-  std::string achieved;   ///< expression over measures: what a trial did, in the same unit
-  double tolerance = 0;   ///< |achieved - task| a person would accept
+  std::string achieved;  ///< expression over measures: what a trial did, in the same unit
+  double tolerance = 0;  ///< |achieved - task| a person would accept
 };
 
 /// A joint's target in a phase: sign · expression [rad].
@@ -37,7 +37,7 @@ struct JointValue {
 /// A force exerted through the joints, in every step of a phase.
 struct ForceTerm {
   sim::BodyId body;
-  Vector3d p_BP = Vector3d::Zero();      ///< in the body's frame [m]
+  Vector3d p_BP = Vector3d::Zero();       ///< in the body's frame [m]
   std::string x = "0", y = "0", z = "0";  ///< world axes [N]
 };
 
@@ -48,8 +48,8 @@ struct Phase {
   std::vector<JointValue> targets;
   std::string blend = "0";  ///< time over which the target moves from the last one [s]
   std::vector<ForceTerm> forces;
-  bool limited = true;      ///< whether the forces' torques count against the motors' limits
-  std::string until;        ///< condition that ends it; empty: it is held to the end
+  bool limited = true;  ///< whether the forces' torques count against the motors' limits
+  std::string until;    ///< condition that ends it; empty: it is held to the end
 };
 
 /// Added to joint targets in every step.
@@ -82,15 +82,15 @@ struct Term {
 
 /// The controller's gains and limits where the skill overrides the robot's.
 struct ControllerOptions {
-  std::optional<double> kp, kd;            ///< [N·m/rad], [N·m·s/rad]
-  std::optional<double> torque, speed;     ///< limits [N·m], [rad/s]
+  std::optional<double> kp, kd;         ///< [N·m/rad], [N·m·s/rad]
+  std::optional<double> torque, speed;  ///< limits [N·m], [rad/s]
 };
 
 /// Immutable; shared by all threads. Expressions are checked when it is read.
 struct Skill {
   std::string name;
   std::string description;
-  std::string text;            ///< the file, as it was read
+  std::string text;  ///< the file, as it was read
   std::filesystem::path file;
   std::shared_ptr<const sim::Model> model;
   sim::State start;
@@ -110,6 +110,9 @@ struct Skill {
 
   /// @throws InputError listing every mistake of the file with line and column
   static std::shared_ptr<const Skill> fromFile(const std::filesystem::path& file);
+  /// The same from a text; `file` is named in messages and says where the robot is looked for.
+  static std::shared_ptr<const Skill> fromText(const std::string& text,
+                                               const std::filesystem::path& file);
 };
 
 /// Where the robot a skill or a person names is described: a path, or a name under models/ beside

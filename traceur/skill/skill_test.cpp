@@ -1,9 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "traceur/core/error.h"
-#include "traceur/core/toml.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
@@ -20,12 +17,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 std::shared_ptr<const Skill> fromText(const std::string& text) {
-  struct Scratch {
-    std::filesystem::path path;
-    ~Scratch() { std::filesystem::remove(path); }
-  } scratch{std::filesystem::path(testing::TempDir()) / "skill.toml"};
-  std::ofstream(scratch.path) << text;
-  return Skill::fromFile(scratch.path);
+  return Skill::fromText(text, "skills/bioloid-gp/test.toml");
 }
 
 std::string mistakes(const std::string& text) {
@@ -97,8 +89,7 @@ TEST(SkillFile, MirroredNamesTurnOppositeWhereTheRobotSaysSo) {
   const auto skill = fromText(kNod);
   for (const JointValue& v : skill->phases[0].targets) {
     const std::string& joint = skill->model->joints()[v.joint].name;
-    if (joint == "r_hip") EXPECT_EQ(v.sign, -1);
-    if (joint == "r_shoulder") EXPECT_EQ(v.sign, 1);
+    EXPECT_EQ(v.sign, joint == "r_hip" ? -1 : 1) << joint;
   }
 }
 
@@ -123,8 +114,9 @@ TEST(SkillFile, ReportsAllMistakesWithPlaceAndSuggestion) {
 
 TEST(SkillFile, RefusesWhatCannotBeRun) {
   const std::string text = kNod;
-  EXPECT_NE(mistakes(replaced(text, "\"bioloid-gp\"", "\"bioloid\"")).find("Did you mean \"bioloid-gp\""),
-            std::string::npos);
+  EXPECT_NE(
+      mistakes(replaced(text, "\"bioloid-gp\"", "\"bioloid\"")).find("Did you mean \"bioloid-gp\""),
+      std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "[-1, 1]", "[nan, 1]")).find("finite"), std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "horizon = 0.2", "horizon = -1")).find("(0, 600]"),
             std::string::npos);
@@ -132,10 +124,12 @@ TEST(SkillFile, RefusesWhatCannotBeRun) {
             std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "com.z < 0.1", "com.z = 0.1")).find("did you mean '=='"),
             std::string::npos);
-  EXPECT_NE(mistakes(replaced(text, "base = \"stand\"", "base = \"lie\"")).find("has no pose \"lie\""),
-            std::string::npos);
-  EXPECT_NE(mistakes(replaced(text, "name = \"nod\"", "name = 3")).find("expected text, got a number"),
-            std::string::npos);
+  EXPECT_NE(
+      mistakes(replaced(text, "base = \"stand\"", "base = \"lie\"")).find("has no pose \"lie\""),
+      std::string::npos);
+  EXPECT_NE(
+      mistakes(replaced(text, "name = \"nod\"", "name = 3")).find("expected text, got a number"),
+      std::string::npos);
   EXPECT_NE(mistakes("name = \n").find(":1:"), std::string::npos);
   EXPECT_NE(mistakes("").find("\"robot\" is missing"), std::string::npos);
 }
