@@ -1,0 +1,30 @@
+// A motion on paper: panels side by side with their times.
+#pragma once
+
+#include <vector>
+
+#include "traceur/render/offscreen.h"
+
+namespace traceur::render {
+
+struct FilmStripOptions {
+  /// Which moments [s, the recording's clock]; empty: `count` telling ones, namely start and end,
+  /// apex, touchdown and take-off of each flight, the beginnings of phases as far as there is room,
+  /// and the middles of the longest gaps.
+  std::vector<double> times = {};
+  int count = 8;
+  bool even = false;       ///< `count` times at equal distances instead of telling ones
+  int panel_width = 320;   ///< [px]
+  int panel_height = 240;  ///< [px], without the label
+  int columns = 0;         ///< 0: rows of at most 5, as equal as possible
+  Camera camera = {.view = View::kSide};
+  DrawOptions draw = {};
+  bool labels = true;  ///< "0.70 s  thrust" over each panel
+};
+
+/// Draws the panels in rows. All are taken from equally far, so that sizes compare.
+/// @throws InputError for an empty recording, a time outside it, sizes out of range; SystemError
+/// when there is no off-screen context
+Image filmStrip(const sim::Recording& recording, const FilmStripOptions& options = {});
+
+}  // namespace traceur::render

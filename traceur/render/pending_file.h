@@ -1,0 +1,33 @@
+// A file that appears under its name only when it is complete.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace traceur::render {
+
+/// Life of a pending file:
+///   1. The constructor makes an empty file beside the final one, under another name.
+///   2. Either write() fills it, or another program does through beside().
+///   3. commit() gives it its name, replacing what was there; without it the destructor removes it.
+/// All throw SystemError "cannot write PATH: …".
+class PendingFile {
+ public:
+  explicit PendingFile(std::filesystem::path path);
+  ~PendingFile();
+  PendingFile(const PendingFile&) = delete;
+  PendingFile& operator=(const PendingFile&) = delete;
+
+  const std::filesystem::path& beside() const { return beside_; }
+  void write(std::string_view bytes);
+  void commit();
+
+ private:
+  [[noreturn]] void fail(std::string_view why) const;
+
+  std::filesystem::path path_;
+  std::filesystem::path beside_;
+  int fd_ = -1;
+};
+
+}  // namespace traceur::render

@@ -1,0 +1,127 @@
+#include "traceur/render/process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+#include "traceur/core/error.h"
+
+namespace traceur::render {
+namespace {
+
+constexpr off_t kMostWords = 2000;  // of a failed program's complaints, the last ones [ours]
+
+[[noreturn]] void failToRun(const std::string& program, int error) {
+  throw SystemError(
+      error == ENOENT
+          ? fmt::format("cannot run {0}: it is not on the PATH. Install it (Debian: "
+                        "apt install {0}{1})",
+                        program, program == "gnuplot" ? "-nox" : "")
+          : fmt::format("cannot run {}: {}", program, std::generic_category().message(error)));
+}
+
+}  // namespace
+
+Process::Process(const std::vector<std::string>& argv) : name_(argv.at(0)) {
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) failToRun(name_, errno);
+  input_ = ends[0];
+  words_ = memfd_create("words", MFD_CLOEXEC);
+
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&files, words_, STDERR_FILENO);
+  // The program starts with no signal blocked or ignored, whatever ours are.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t none;
+  sigemptyset(&none);
+  sigset_t pipe = none;
+  sigaddset(&pipe, SIGPIPE);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setsigdefault(&attributes, &pipe);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+
+  std::vector<char*> args;
+  args.reserve(argv.size() + 1);
+  for (const std::string& a : argv) args.push_back(const_cast<char*>(a.c_str()));
+  args.push_back(nullptr);
+  const int error = posix_spawnp(&pid_, args[0], &files, &attributes, args.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
+  posix_spawnattr_destroy(&attributes);
+  close(ends[1]);
+  if (error != 0) {
+    close(input_);
+    close(words_);
+    failToRun(name_, error);
+  }
+}
+
+Process::~Process() {
+  if (pid_ > 0) {
+    kill(pid_, SIGKILL);
+    wait();
+  }
+  closeInput();
+  close(words_);
+}
+
+void Process::write(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = send(input_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (n > 0) bytes.remove_prefix(n);
+    if (n >= 0 || errno == EINTR) continue;
+    finish();  // the program's own words say more than "broken pipe"
+    throw SystemError(fmt::format("{} stopped before it had read everything", name_));
+  }
+}
+
+std::string Process::finish() {
+  closeInput();
+  const int status = wait();
+  std::string said = words();
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return said;
+  const std::string how = WIFSIGNALED(status)
+                              ? fmt::format("was stopped by signal {}", WTERMSIG(status))
+                              : fmt::format("failed (exit {})", WEXITSTATUS(status));
+  throw SystemError(fmt::format("{} {}{}{}", name_, how, said.empty() ? "" : ": ", said));
+}
+
+void Process::closeInput() {
+  if (input_ >= 0) close(input_);
+  input_ = -1;
+}
+
+int Process::wait() {
+  int status = 0;
+  while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  }
+  pid_ = -1;
+  return status;
+}
+
+std::string Process::words() const {
+  std::string text;
+  const off_t size = lseek(words_, 0, SEEK_END);
+  if (size <= 0) return text;
+  const off_t from = std::max<off_t>(0, size - kMostWords);
+  text.resize(size - from);
+  const ssize_t n = pread(words_, text.data(), text.size(), from);
+  text.resize(n > 0 ? n : 0);
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  while (!text.empty() && (text.front() == '\n' || text.front() == ' ')) text.erase(0, 1);
+  return text;
+}
+
+}  // namespace traceur::render

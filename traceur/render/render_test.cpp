@@ -1,0 +1,723 @@
+#include <gtest/gtest.h>
+#include <png.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "traceur/core/error.h"
+#include "traceur/render/figure.h"
+#include "traceur/render/film_strip.h"
+#include "traceur/render/font.h"
+#include "traceur/render/image.h"
+#include "traceur/render/motion.h"
+#include "traceur/render/offscreen.h"
+#include "traceur/render/standard_figures.h"
+#include "traceur/render/video.h"
+
+namespace traceur::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A "robot" 0.4 m tall: red in front, blue behind, green on its left.
+constexpr const char* kMjcf = R"(<mujoco>
+  <visual>
+    <headlight ambient="0.4 0.4 0.4" diffuse="0.35 0.35 0.35" specular="0 0 0"/>
+    <rgba fog="0.95 0.955 0.96 1"/>
+  </visual>
+  <asset>
+    <texture name="sky" type="skybox" builtin="gradient" rgb1="1 1 1" rgb2="0.95 0.955 0.96" width="64" height="384"/>
+    <texture name="grid" type="2d" builtin="checker" rgb1="0.96 0.965 0.97" rgb2="0.8 0.805 0.81" width="256" height="256"/>
+    <material name="ground" texture="grid" texrepeat="10 10" texuniform="true" specular="0"/>
+  </asset>
+  <worldbody>
+    <light directional="true" pos="0 0 4" dir="-0.25 0.45 -1" diffuse="0.48 0.48 0.48"/>
+    <geom name="ground" type="plane" size="5 5 0.1" material="ground"/>
+    <body name="trunk" pos="0 0 0.2">
+      <freejoint/>
+      <geom type="box" size="0.05 0.08 0.2" pos="0.05 0 0" rgba="1 0 0 1"/>
+      <geom type="box" size="0.05 0.08 0.2" pos="-0.05 0 0" rgba="0 0 1 1"/>
+      <body name="l_arm" pos="0 0.1 0">
+        <joint name="l_swing" axis="0 1 0"/>
+        <geom type="box" size="0.03 0.02 0.1" rgba="0 1 0 1"/>
+      </body>
+      <body name="r_arm" pos="0 -0.1 0">
+        <joint name="r_swing" axis="0 1 0"/>
+        <geom type="box" size="0.01 0.01 0.01" rgba="0.5 0.5 0.5 1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>)";
+
+constexpr double kFlightStart = 0.3;  // [s]
+constexpr double kFlightEnd = 0.7;
+constexpr double kLift = 0.2;  // apex above standing [m]
+
+std::shared_ptr<const sim::Model> testModel() {
+  static const auto kModel = sim::Model::fromMjcf(kMjcf);
+  return kModel;
+}
+
+/// One for the tests that need nothing special: making one takes a fifth of a second.
+Offscreen& testOffscreen() {
+  static Offscreen offscreen(testModel());
+  return offscreen;
+}
+
+/// Stands, flies a parabola forward, stands: 1 s in steps of 0.01 s.
+sim::Recording jump() {
+  sim::Recording r;
+  r.mjcf = kMjcf;
+  r.phases = {"stand", "flight", "land"};
+  const auto model = testModel();
+  for (int i = 0; i <= 100; ++i) {
+    sim::Frame f;
+    f.state = model->initialState();
+    const double t = f.state.time = i * 0.01;
+    const double s = std::clamp((t - kFlightStart) / (kFlightEnd - kFlightStart), 0.0, 1.0);
+    f.state.q[0] = 0.5 * s;
+    f.state.q[2] += 4 * kLift * s * (1 - s);
+    f.state.q[model->joint("l_swing").q] = s;
+    f.com = f.state.q.head<3>();
+    f.com_velocity = {s > 0 && s < 1 ? 1.25 : 0, 0, 0};
+    f.torque = sim::VectorXd::Zero(model->nu());
+    f.phase = s <= 0 ? 0 : s < 1 ? 1 : 2;
+    if (s <= 0 || s >= 1) {
+      sim::Contact c;
+      c.body_a = {0};
+      c.body_b = model->body("trunk");
+      c.p_WC = {f.state.q[0], 0, 0};
+      c.normal = {0, 0, 1};
+      c.f_WC = {0, 0, model->mass() * 9.81};
+      f.contacts.push_back(c);
+    }
+    r.frames.push_back(f);
+  }
+  return r;
+}
+
+/// A folder of this test's own, removed with all that is in it.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "traceur-render-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path_); }
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+  int files() const {
+    return static_cast<int>(std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Another PATH while it lives.
+class Path {
+ public:
+  explicit Path(const std::string& value) : old_(getenv("PATH")) {
+    setenv("PATH", value.c_str(), 1);
+  }
+  ~Path() { setenv("PATH", old_.c_str(), 1); }
+
+ private:
+  std::string old_;
+};
+
+/// A program that says something, reads nothing and fails.
+void fakeProgram(const fs::path& file, const std::string& says) {
+  std::ofstream(file) << "#!/bin/sh\necho \"" << says << "\" >&2\nexit 3\n";
+  fs::permissions(file, fs::perms::owner_all);
+}
+
+template <class Error, class Call>
+std::string messageOf(Call call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  ADD_FAILURE() << "nothing of the expected type was thrown";
+  return "";
+}
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+Image readPng(const fs::path& path) {
+  png_image png = {};
+  png.version = PNG_IMAGE_VERSION;
+  EXPECT_TRUE(png_image_begin_read_from_file(&png, path.c_str())) << png.message;
+  png.format = PNG_FORMAT_RGB;
+  Image image(static_cast<int>(png.width), static_cast<int>(png.height));
+  EXPECT_TRUE(png_image_finish_read(&png, nullptr, image.rgb.data(), 0, nullptr)) << png.message;
+  return image;
+}
+
+std::string textOf(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+enum class Hue { kRed, kGreen, kBlue };
+
+bool isHue(const Color& c, Hue hue) {
+  const std::array<int, 3> v = {c.r, c.g, c.b};
+  const auto k = static_cast<size_t>(hue);
+  return v[k] > 90 && v[k] > 2 * v[(k + 1) % 3] && v[k] > 2 * v[(k + 2) % 3];
+}
+
+/// Where a hue is in a picture.
+struct Patch {
+  int pixels = 0;
+  double x = 0;  // mean column
+  double y = 0;  // mean row
+  int left = 1 << 20, right = -1, top = 1 << 20, bottom = -1;
+};
+
+Patch find(const Image& image, Hue hue) {
+  Patch p;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (!isHue(image.at(x, y), hue)) continue;
+      ++p.pixels;
+      p.x += x;
+      p.y += y;
+      p.left = std::min(p.left, x);
+      p.right = std::max(p.right, x);
+      p.top = std::min(p.top, y);
+      p.bottom = std::max(p.bottom, y);
+    }
+  }
+  p.x /= std::max(1, p.pixels);
+  p.y /= std::max(1, p.pixels);
+  return p;
+}
+
+// ---------------------------------------------------------------------------------------- images
+
+TEST(Image, PngRoundTrip) {
+  const Folder folder;
+  Image image(7, 5, {1, 2, 3});
+  for (int i = 0; i < 7 * 5 * 3; ++i) image.rgb[i] = static_cast<std::uint8_t>(i * 37);
+  writePng(image, folder / "a.png");
+  const Image back = readPng(folder / "a.png");
+  EXPECT_EQ(back.width, 7);
+  EXPECT_EQ(back.height, 5);
+  EXPECT_EQ(back.rgb, image.rgb);
+  EXPECT_EQ(folder.files(), 1);
+}
+
+TEST(Image, PngToAPlaceThatCannotBeWrittenNamesIt) {
+  const Folder folder;
+  const Image image(4, 4);
+  const std::string missing = (folder / "no/where/a.png").string();
+  EXPECT_TRUE(has(messageOf<SystemError>([&] { writePng(image, missing); }), missing));
+  fs::create_directory(folder / "d.png");
+  const std::string message = messageOf<SystemError>([&] { writePng(image, folder / "d.png"); });
+  EXPECT_TRUE(has(message, (folder / "d.png").string())) << message;
+  EXPECT_TRUE(has(message, "directory")) << message;
+  messageOf<SystemError>([&] { writePng(image, ""); });
+  EXPECT_EQ(folder.files(), 1);  // the folder d.png alone
+}
+
+TEST(Image, TileAndPasteKeepEveryPixel) {
+  std::vector<Image> pictures;
+  pictures.reserve(4);
+  for (int i = 0; i < 3; ++i) {
+    pictures.emplace_back(2, 2, Color{static_cast<std::uint8_t>(i), 0, 0});
+  }
+  const Image whole = tile(pictures, 2, 1, {9, 9, 9});
+  EXPECT_EQ(whole.width, 5);
+  EXPECT_EQ(whole.height, 5);
+  EXPECT_EQ(whole.at(0, 0), (Color{0, 0, 0}));
+  EXPECT_EQ(whole.at(2, 0), (Color{9, 9, 9}));
+  EXPECT_EQ(whole.at(4, 1), (Color{1, 0, 0}));
+  EXPECT_EQ(whole.at(1, 4), (Color{2, 0, 0}));
+  EXPECT_EQ(whole.at(4, 4), (Color{9, 9, 9}));
+
+  Image small(3, 3);
+  paste(small, Image(2, 2, {5, 5, 5}), -1, 2);
+  EXPECT_EQ(small.at(0, 2), (Color{5, 5, 5}));
+  EXPECT_EQ(small.at(1, 2), kWhite);
+  paste(small, Image(2, 2), 7, 7);  // all outside
+
+  EXPECT_THROW(tile({}, 1), InputError);
+  EXPECT_THROW(tile(pictures, 0), InputError);
+  pictures.emplace_back(3, 2);
+  EXPECT_THROW(tile(pictures, 2), InputError);
+}
+
+TEST(Image, PolygonCoversItsArea) {
+  Image image(40, 40, {0, 0, 0});
+  const Vector2d corners[] = {{5, 5}, {30.5, 8}, {20, 33}};
+  fillPolygon(image, corners, kWhite);
+  double area = 0;
+  for (const std::uint8_t v : image.rgb) area += v / 255.0 / 3;
+  EXPECT_NEAR(area, std::abs(25.5 * 28 - 3 * 15) / 2, 1.5);
+  fillDisc(image, {-3, -3}, 100, kWhite);  // reaches out on all sides
+  EXPECT_EQ(image.at(39, 39), kWhite);
+}
+
+TEST(Font, WritesSmoothLettersInsideTheirCells) {
+  const Font font;
+  Image image(200, 40);
+  const int end = font.draw(image, 10, 8, 20, "0.70 s  thrust");
+  EXPECT_NEAR(end - 10, font.width("0.70 s  thrust", 20), 1);
+  int grey = 0;
+  int ink = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const int v = image.at(x, y).r;
+      if (v == 255) continue;
+      EXPECT_TRUE(x >= 10 && x < end && y >= 8 && y < 28);
+      ++(v < 60 ? ink : grey);
+    }
+  }
+  EXPECT_GT(ink, 50);
+  EXPECT_GT(grey, 50);  // smooth edges
+  EXPECT_LT(ink + grey, (end - 10) * 20 / 2);
+  EXPECT_LT(font.width("i", 20), font.width("M", 20));
+  EXPECT_EQ(font.width("ü", 20), font.width("?", 20));
+  font.draw(image, -20, 35, 30, "cut off on every side, and much longer than the picture is wide");
+}
+
+// ------------------------------------------------------------------------------------- off-screen
+
+TEST(Offscreen, RedBoxIsRedInTheMiddleOnAPaleGround) {
+  Offscreen& offscreen = testOffscreen();
+  sim::Frame frame;
+  frame.state = testModel()->initialState();
+  const Image image = offscreen.draw(frame, {.view = View::kFront});
+  EXPECT_EQ(image.width, 320);
+  EXPECT_EQ(image.height, 240);
+  EXPECT_TRUE(isHue(image.at(160, 120), Hue::kRed));
+  // The sky is pale, the ground has squares of two shades.
+  EXPECT_GT(image.at(5, 5).g, 220);
+  int lightest = 0;
+  int darkest = 255;
+  for (int x = 0; x < 320; ++x) {
+    lightest = std::max<int>(lightest, image.at(x, 225).g);
+    darkest = std::min<int>(darkest, image.at(x, 225).g);
+  }
+  EXPECT_GT(darkest, 120);
+  EXPECT_GT(lightest - darkest, 15);
+  // The plane's size in the model ends neither the ground nor the light.
+  EXPECT_LT(image.at(5, 180).g, image.at(5, 5).g);
+}
+
+TEST(Offscreen, ViewsShowWhatTheyPromise) {
+  Offscreen& offscreen = testOffscreen();
+  sim::Frame frame;
+  frame.state = testModel()->initialState();
+  const Image side = offscreen.draw(frame, {.view = View::kSide});
+  EXPECT_GT(find(side, Hue::kRed).x, find(side, Hue::kBlue).x + 10);
+  const Image front = offscreen.draw(frame, {.view = View::kFront});
+  EXPECT_GT(find(front, Hue::kGreen).x, find(front, Hue::kRed).x + 10);
+  const Image between = offscreen.draw(frame, {.view = View::kThreeQuarter});
+  EXPECT_GT(find(between, Hue::kRed).x, find(between, Hue::kBlue).x + 10);
+  for (const Image* image : {&side, &front, &between}) {
+    const Patch red = find(*image, Hue::kRed);
+    EXPECT_GT(red.pixels, 1000);
+    EXPECT_GT(red.top, 4);
+    EXPECT_LT(red.bottom, 236);
+    EXPECT_GT(red.bottom - red.top, 120);  // and not lost in the distance
+  }
+}
+
+TEST(Offscreen, EqualFramesGiveEqualPicturesAndQualitiesAgree) {
+  sim::Frame frame;
+  frame.state = testModel()->initialState();
+  Offscreen fine(testModel(), {.width = 160, .height = 120});
+  const Image a = fine.draw(frame);
+  Offscreen fast(testModel(), {.width = 160, .height = 120, .quality = Quality::kFast});
+  const Image b = fast.draw(frame);
+  EXPECT_EQ(a.rgb, fine.draw(frame).rgb);  // while two contexts live
+  double difference = 0;
+  for (size_t i = 0; i < a.rgb.size(); ++i) difference += std::abs(a.rgb[i] - b.rgb[i]);
+  EXPECT_LT(difference / double(a.rgb.size()), 3);
+}
+
+TEST(Offscreen, ForcesAndCentreOfMassAreDrawnWhenAsked) {
+  const sim::Recording r = jump();
+  Offscreen& offscreen = testOffscreen();
+  const Camera camera = {.view = View::kFront};
+  const Image plain = offscreen.draw(r.frames[0], camera);
+  const Image forces = offscreen.draw(r.frames[0], camera, {.contact_forces = true});
+  const Image com = offscreen.draw(r.frames[0], camera, {.com = true});
+  EXPECT_NE(plain.rgb, forces.rgb);
+  EXPECT_NE(plain.rgb, com.rgb);
+  // The weight's arrow points up from the sole by kArrowPerWeight of the robot's size.
+  EXPECT_NEAR(offscreen.robotSize(), 0.4, 1e-6);
+  int top = 240;
+  int bottom = 0;
+  for (int y = 0; y < 240; ++y) {
+    for (int x = 0; x < 320; ++x) {
+      if (plain.at(x, y) == forces.at(x, y)) continue;
+      top = std::min(top, y);
+      bottom = std::max(bottom, y);
+    }
+  }
+  const Patch red = find(plain, Hue::kRed);
+  const double part = double(bottom - top) / (red.bottom - red.top);
+  EXPECT_NEAR(part, kArrowPerWeight, 0.12);
+  EXPECT_NEAR(bottom, red.bottom, 16);  // which is nearer to the viewer
+  // In flight there is nothing to draw.
+  EXPECT_EQ(offscreen.draw(r.frames[50], camera).rgb,
+            offscreen.draw(r.frames[50], camera, {.contact_forces = true}).rgb);
+}
+
+TEST(Offscreen, CameraFollowsSmoothlyOrStandsStill) {
+  sim::Recording r = jump();
+  for (size_t i = 0; i < r.frames.size(); ++i) r.frames[i].state.q[0] += i % 2 ? 0.01 : -0.01;
+  Offscreen& offscreen = testOffscreen();
+  const auto follow = offscreen.aim(r.frames, {});
+  ASSERT_EQ(follow.size(), r.frames.size());
+  for (size_t i = 1; i < follow.size(); ++i) {
+    EXPECT_LT((*follow[i].look_at - *follow[i - 1].look_at).norm(), 0.02);  // 1.25 m/s · 0.01 s + …
+    EXPECT_EQ(follow[i].distance, follow[0].distance);
+    EXPECT_EQ(follow[i].look_at->z(), follow[0].look_at->z());  // a jump does not move the ground
+  }
+  EXPECT_NEAR(follow.back().look_at->x() - follow.front().look_at->x(), 0.5, 0.02);
+
+  const auto still = offscreen.aim(r.frames, {.follow = false});
+  EXPECT_EQ(*still.front().look_at, *still.back().look_at);
+  for (const size_t i : {size_t{0}, size_t{50}, size_t{100}}) {
+    const Image image = offscreen.draw(r.frames[i], still[i]);
+    const Patch red = find(image, Hue::kRed);
+    EXPECT_GT(red.pixels, 300);
+    EXPECT_TRUE(red.left > 2 && red.right < 317 && red.top > 2 && red.bottom < 237);
+  }
+
+  // A fall from 20 sizes is followed downwards too.
+  for (size_t i = 0; i < r.frames.size(); ++i) r.frames[i].state.q[2] = 8 - 0.078 * double(i);
+  const auto down = offscreen.aim(r.frames, {});
+  EXPECT_NEAR(down.front().look_at->z() - down.back().look_at->z(), 7.8, 0.5);
+  EXPECT_LT(down.front().distance, follow.front().distance);
+
+  const auto given = offscreen.aim(r.frames, {.look_at = Vector3d(1, 2, 3), .distance = 4});
+  EXPECT_EQ(*given[7].look_at, Vector3d(1, 2, 3));
+  EXPECT_EQ(given[7].distance, 4);
+}
+
+TEST(Offscreen, RefusesWhatItCannotDraw) {
+  EXPECT_THROW(Offscreen(testModel(), {.width = 0}), InputError);
+  EXPECT_THROW(Offscreen(testModel(), {.height = 100000}), InputError);
+  Offscreen offscreen(testModel(), {.width = 32, .height = 32});
+  sim::Frame frame;
+  EXPECT_THROW(offscreen.draw(frame), InputError);
+  frame.state = testModel()->initialState();
+  frame.state.q[3] = NAN;
+  EXPECT_THROW(offscreen.draw(frame), InputError);
+}
+
+TEST(Offscreen, DrawsAWorldWithoutRobotLightOrSky) {
+  const auto model =
+      sim::Model::fromMjcf("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>");
+  Offscreen offscreen(model, {.width = 64, .height = 48});
+  sim::Frame frame;
+  frame.state = model->initialState();
+  EXPECT_GT(offscreen.draw(frame).at(32, 24).r, 20);
+}
+
+// ----------------------------------------------------------------------------------------- motion
+
+TEST(Motion, FramesBetweenFrames) {
+  const sim::Recording r = jump();
+  const auto model = testModel();
+  const sim::Frame f = frameAt(*model, r, 0.505);
+  EXPECT_DOUBLE_EQ(f.state.time, 0.505);
+  EXPECT_NEAR(f.state.q[0], (r.frames[50].state.q[0] + r.frames[51].state.q[0]) / 2, 1e-12);
+  EXPECT_NEAR(f.state.q.segment<4>(3).norm(), 1, 1e-12);
+  EXPECT_EQ(phaseName(r, f), "flight");
+  EXPECT_EQ(frameAt(*model, r, -1).state.time, 0);
+  EXPECT_EQ(frameAt(*model, r, 99).state.time, r.frames.back().state.time);
+  const auto starts = phaseStarts(r);
+  ASSERT_EQ(starts.size(), 3u);
+  EXPECT_EQ(starts[1].name, "flight");
+  EXPECT_NEAR(starts[1].time, 0.31, 1e-9);
+}
+
+TEST(Motion, TellingTimes) {
+  const sim::Recording r = jump();
+  const auto near = [](const std::vector<double>& times, double t) {
+    return std::any_of(times.begin(), times.end(),
+                       [&](double s) { return std::abs(s - t) < 0.011; });
+  };
+  for (const int count : {1, 2, 3, 4, 5, 8, 40}) {
+    const auto times = tellingTimes(*testModel(), r, count);
+    ASSERT_EQ(static_cast<int>(times.size()), count);
+    EXPECT_TRUE(std::is_sorted(times.begin(), times.end()));
+    EXPECT_EQ(times.front(), 0);
+    if (count >= 2) {
+      EXPECT_EQ(times.back(), r.frames.back().state.time);
+    }
+    if (count >= 3) {
+      EXPECT_TRUE(near(times, 0.5));  // apex
+    }
+    if (count >= 4) {
+      EXPECT_TRUE(near(times, kFlightEnd));  // touchdown
+    }
+    if (count >= 5) {
+      EXPECT_TRUE(near(times, kFlightStart));
+    }
+  }
+  EXPECT_THROW(tellingTimes(*testModel(), r, 0), InputError);
+  sim::Recording one = r;
+  one.frames.resize(1);
+  EXPECT_EQ(tellingTimes(*testModel(), one, 8).size(), 1u);
+}
+
+TEST(Motion, RecordingsThatCannotBeRead) {
+  sim::Recording r = jump();
+  std::swap(r.frames[3], r.frames[4]);
+  EXPECT_THROW(checkRecording(*testModel(), r), InputError);
+  r = jump();
+  r.frames[9].state.q[1] = NAN;
+  EXPECT_TRUE(has(messageOf<InputError>([&] { checkRecording(*testModel(), r); }), "frame 9"));
+  r = jump();
+  r.frames[2].state.q.resize(3);
+  EXPECT_THROW(checkRecording(*testModel(), r), InputError);
+  r.frames.clear();
+  EXPECT_THROW(filmStrip(r), InputError);
+}
+
+// --------------------------------------------------------------------------- film strip and video
+
+TEST(FilmStrip, PanelsSideBySideAndChosenTimes) {
+  const sim::Recording r = jump();
+  const Image strip = filmStrip(r, {.count = 6,
+                                    .even = true,
+                                    .panel_width = 120,
+                                    .panel_height = 90,
+                                    .columns = 3,
+                                    .labels = false});
+  EXPECT_EQ(strip.width, 3 * 120 + 2 * 2);
+  EXPECT_EQ(strip.height, 2 * 90 + 2);
+  EXPECT_GT(find(strip, Hue::kRed).pixels, 6 * 200);
+
+  FilmStripOptions chosen = {.times = {0, 0.5}, .panel_width = 120, .panel_height = 90};
+  chosen.camera = {.view = View::kSide, .follow = false};
+  const Image two = filmStrip(r, chosen);
+  EXPECT_EQ(two.width, 2 * 120 + 2);
+  EXPECT_GT(two.height, 90);  // labels
+  chosen.labels = false;
+  const Image bare = filmStrip(r, chosen);
+  // In the second panel the robot is higher and further to the right.
+  Image left(120, 90);
+  paste(left, bare, 0, 0);
+  Image right(120, 90);
+  paste(right, bare, -122, 0);
+  EXPECT_LT(find(right, Hue::kRed).y, find(left, Hue::kRed).y - 5);
+  EXPECT_GT(find(right, Hue::kRed).x, find(left, Hue::kRed).x + 5);
+
+  EXPECT_TRUE(has(messageOf<InputError>([&] { filmStrip(r, {.times = {0.2, 1.5}}); }), "1.5"));
+  EXPECT_THROW(filmStrip(r, {.times = {NAN}}), InputError);
+  EXPECT_THROW(filmStrip(r, {.count = 0}), InputError);
+  EXPECT_THROW(filmStrip(r, {.count = 100000}), InputError);
+  EXPECT_THROW(filmStrip(r, {.columns = -1}), InputError);
+  EXPECT_THROW(filmStrip(r, {.panel_width = 3}), InputError);
+}
+
+std::string probe(const fs::path& video) {
+  const std::string command =
+      "ffprobe -v error -show_entries stream=width,height,nb_frames,pix_fmt,codec_name "
+      "-of csv=p=0 '" +
+      video.string() + "'";
+  FILE* pipe = popen(command.c_str(), "r");
+  char line[200] = "";
+  EXPECT_TRUE(fgets(line, sizeof line, pipe));
+  pclose(pipe);
+  return line;
+}
+
+TEST(Video, OddSizesBecomeEvenAndSlowMotionIsLonger) {
+  const Folder folder;
+  VideoOptions options = {.width = 81, .height = 61, .fps = 10, .hold = 0};
+  double done = 0;
+  options.progress = [&](double part) { done = part; };
+  writeVideo(jump(), folder / "a.mp4", options);
+  EXPECT_EQ(probe(folder / "a.mp4"), "h264,82,62,yuv420p,11\n");
+  EXPECT_EQ(done, 1);
+  options.speed = 0.5;
+  options.hold = 0.3;
+  options.start = 0.5;
+  writeVideo(jump(), folder / "a.mp4", options);  // replaces
+  EXPECT_EQ(probe(folder / "a.mp4"), "h264,82,62,yuv420p,14\n");
+  EXPECT_EQ(folder.files(), 1);
+}
+
+TEST(Video, SaysWhatIsWrongAndLeavesNothing) {
+  const Folder folder;
+  const VideoOptions small = {.width = 64, .height = 48, .fps = 5};
+  {
+    const Path path("/nowhere");
+    const std::string message =
+        messageOf<SystemError>([&] { writeVideo(jump(), folder / "a.mp4", small); });
+    EXPECT_TRUE(has(message, "ffmpeg")) << message;
+    EXPECT_TRUE(has(message, "PATH")) << message;
+  }
+  EXPECT_EQ(folder.files(), 0);
+  const std::string missing = (folder / "no/a.mp4").string();
+  EXPECT_TRUE(has(messageOf<SystemError>([&] { writeVideo(jump(), missing, small); }), missing));
+  {
+    const Folder bin;
+    fakeProgram(bin / "ffmpeg", "Unknown encoder libx264");
+    const Path path(bin.path().string());
+    const std::string message =
+        messageOf<SystemError>([&] { writeVideo(jump(), folder / "a.mp4", small); });
+    EXPECT_TRUE(has(message, "ffmpeg failed (exit 3): Unknown encoder libx264")) << message;
+  }
+  EXPECT_EQ(folder.files(), 0);
+  const auto refuses = [&](const VideoOptions& options) {
+    EXPECT_THROW(writeVideo(jump(), folder / "a.mp4", options), InputError);
+  };
+  refuses({.fps = 0});
+  refuses({.speed = 0});
+  refuses({.speed = NAN});
+  refuses({.start = 5});
+  refuses({.hold = -1});
+  refuses({.speed = 1e-3, .hold = 1e9});
+  EXPECT_EQ(folder.files(), 0);
+}
+
+// ---------------------------------------------------------------------------------------- figures
+
+Figure example() {
+  Figure figure;
+  figure.title = "It's `date` \"quoted\" under_score, m/s², \\n";
+  figure.width = 500;
+  Panel a;
+  a.title = "a";
+  a.xlabel = "time [s]";
+  a.ylabel = "height [m]";
+  a.series.push_back({.label = "l_foot", .x = {0, 1, 2, 3}, .y = {1, 2, NAN, 4}});
+  a.series.push_back({.label = "mean",
+                      .x = {0, 1, 2, 3},
+                      .y = {1, 1, 1, 1},
+                      .style = Style::kDashed,
+                      .low = {0, 0, 0, 0},
+                      .high = {2, 2, 2, 3}});
+  a.marks = {{0.5, "thrust"}, {0.6, "flight"}, {NAN, "never"}, {2.9, "landing on the ground"}};
+  Panel b = a;
+  b.log_y = true;
+  b.series[0].y = {0, -1, 1e-3, 1e3};
+  for (int i = 0; i < 9; ++i) {
+    b.series.push_back({.label = "s" + std::to_string(i), .x = {0, 3}, .y = {double(i), 2.0}});
+  }
+  Panel none;
+  none.series.push_back({.label = "x", .x = {}, .y = {}});
+  Panel flat;
+  flat.log_y = true;
+  flat.series.push_back({.label = "", .x = {1}, .y = {0}, .style = Style::kPoints});
+  figure.panels = {a, b, none, flat};
+  figure.columns = 2;
+  return figure;
+}
+
+TEST(Figure, PngAndSvgHaveTheirSizeAndTheTextAsItStands) {
+  const Folder folder;
+  const Figure figure = example();
+  writeFigure(figure, folder / "a.png");
+  const Image png = readPng(folder / "a.png");
+  EXPECT_EQ(png.width, 500);
+  EXPECT_GT(png.height, 2 * figure.panel_height);
+  EXPECT_EQ(png.at(0, 0), kWhite);
+  EXPECT_NE(png.rgb, Image(png.width, png.height).rgb);
+
+  writeFigure(figure, folder / "a.svg");
+  const std::string svg = textOf(folder / "a.svg");
+  EXPECT_TRUE(has(svg, "width=\"500\""));
+  EXPECT_TRUE(has(svg, "</svg>"));
+  EXPECT_TRUE(has(svg, "It's `date` \"quoted\" under_score, m/s², \\n"));
+  EXPECT_TRUE(has(svg, "l_foot"));
+  EXPECT_TRUE(has(svg, "no data"));
+  EXPECT_EQ(folder.files(), 2);
+}
+
+TEST(Figure, SaysWhatIsWrongAndLeavesNothing) {
+  const Folder folder;
+  Figure figure = example();
+  EXPECT_TRUE(has(messageOf<InputError>([&] { writeFigure(figure, folder / "a.pdf"); }), "a.pdf"));
+  const std::string missing = (folder / "no/a.png").string();
+  EXPECT_TRUE(has(messageOf<SystemError>([&] { writeFigure(figure, missing); }), missing));
+  {
+    const Path path("/nowhere");
+    const std::string message =
+        messageOf<SystemError>([&] { writeFigure(figure, folder / "a.png"); });
+    EXPECT_TRUE(has(message, "gnuplot")) << message;
+  }
+  {
+    const Folder bin;
+    fakeProgram(bin / "gnuplot", "unknown or ambiguous terminal type");
+    const Path path(bin.path().string());
+    const std::string message =
+        messageOf<SystemError>([&] { writeFigure(figure, folder / "a.png"); });
+    EXPECT_TRUE(has(message, "unknown or ambiguous terminal type")) << message;
+  }
+  figure.panels[0].series[0].y.pop_back();
+  EXPECT_TRUE(has(messageOf<InputError>([&] { writeFigure(figure, folder / "a.png"); }), "l_foot"));
+  figure.panels.clear();
+  EXPECT_THROW(writeFigure(figure, folder / "a.png"), InputError);
+  EXPECT_EQ(folder.files(), 0);
+}
+
+TEST(StandardFigures, JointsInPairs) {
+  const Figure figure = jointFigure(jump());
+  ASSERT_EQ(figure.panels.size(), 1u);
+  const Panel& panel = figure.panels[0];
+  EXPECT_EQ(panel.title, "swing");
+  ASSERT_EQ(panel.series.size(), 2u);
+  EXPECT_EQ(panel.series[0].label, "left");
+  EXPECT_NEAR(panel.series[0].y.back(), 1, 1e-9);
+  EXPECT_NEAR(panel.series[1].y.back(), 0, 1e-9);
+  ASSERT_EQ(panel.marks.size(), 3u);
+  EXPECT_EQ(panel.marks[2].label, "land");
+}
+
+TEST(StandardFigures, CentreOfMassAndContacts) {
+  const Folder folder;
+  const Figure com = comFigure(jump());
+  ASSERT_EQ(com.panels.size(), 2u);
+  EXPECT_NEAR(com.panels[0].series[2].y[50], 0.4, 1e-9);
+  EXPECT_NEAR(com.panels[1].series[0].y[50], 1.25, 1e-9);
+  writeFigure(com, folder / "com.png");
+
+  const Figure contact = contactFigure(jump());
+  const auto& series = contact.panels.at(0).series;
+  ASSERT_EQ(series.size(), 2u);
+  const double weight = testModel()->mass() * 9.81;
+  EXPECT_EQ(series[0].label, "trunk");
+  EXPECT_NEAR(series[0].y[0], weight, 1e-9);
+  EXPECT_EQ(series[0].y[31], 0);             // contact has just ended
+  EXPECT_TRUE(std::isnan(series[0].y[50]));  // far from any contact: nothing drawn
+  EXPECT_NEAR(series[1].y[0], weight, 1e-9);
+}
+
+TEST(StandardFigures, CostIsLogarithmicWhenItSpansDecades) {
+  const Folder folder;
+  CostHistory history = {.evaluations = {8, 16, 24},
+                         .best = {10, 1, 0.1},
+                         .trials = {1, 2, 3},
+                         .costs = {10, 20, NAN},
+                         .failed = {3}};
+  const Figure wide = costFigure(history);
+  EXPECT_TRUE(wide.panels[0].log_y);
+  writeFigure(wide, folder / "cost.svg");
+  EXPECT_TRUE(has(textOf(folder / "cost.svg"), "failed"));
+  history.best = {10, -1, -2};
+  EXPECT_FALSE(costFigure(history).panels[0].log_y);
+  writeFigure(costFigure({}), folder / "none.png");
+}
+
+}  // namespace
+}  // namespace traceur::render
