@@ -1,0 +1,188 @@
+// traceur inspect: what Traceur understands of a robot.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/verbs.h"
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+#include "traceur/core/toml.h"
+#include "traceur/sim/world.h"
+#include "traceur/skill/skill.h"
+
+namespace traceur::cli {
+namespace {
+
+struct Arguments {
+  std::string robot;
+  std::string mjcf;
+  bool json = false;
+};
+
+/// A verb and what it needs to know of a robot; empty when nothing is missing.
+struct Need {
+  std::string verb;
+  std::vector<std::string> missing;
+};
+
+std::vector<Need> needs(const sim::Robot& robot, const sim::Model& model) {
+  bool motors = !model.joints().empty();
+  bool limits = motors;
+  bool gains = motors;
+  for (const sim::Joint& j : model.joints()) {
+    motors = motors && j.motor >= 0;
+    limits = limits && std::isfinite(j.limit.torque) && std::isfinite(j.limit.speed);
+    gains = gains && robot.gains.contains(j.name);
+  }
+  const auto list = [](std::vector<std::pair<bool, std::string>> items) {
+    std::vector<std::string> missing;
+    for (auto& [there, name] : items) {
+      if (!there) missing.push_back(std::move(name));
+    }
+    return missing;
+  };
+  const std::pair<bool, std::string> floating = {model.rootDofs() == 6, "a floating base"};
+  const std::pair<bool, std::string> motor = {motors, "a motor on each joint"};
+  const std::pair<bool, std::string> limit = {limits, "[limits] torque and speed of each joint"};
+  const std::pair<bool, std::string> gain = {gains, "[gains] of each joint"};
+  const std::pair<bool, std::string> pose = {robot.poses.contains("stand"), "[poses] stand"};
+  const std::pair<bool, std::string> pairs = {!robot.mirrored.empty(), "[mirrored] joints"};
+  const std::pair<bool, std::string> limbs = {!robot.limbs.empty(), "[limbs]"};
+  const std::pair<bool, std::string> contacts = {!robot.contacts.empty(), "[contacts]"};
+  const std::pair<bool, std::string> ends = {
+      robot.bodies.contains("feet") && robot.bodies.contains("hands"), "[bodies] feet and hands"};
+  return {{"learn", list({floating, motor, limit, gain, pose})},
+          {"fall", list({floating, motor, limit, gain, pose, contacts})},
+          {"land", list({floating, motor, limit, pose, limbs, ends})},
+          {"coach", list({floating, motor, limit, gain, pose, pairs, limbs, ends})}};
+}
+
+/// Joint angles at rest: the standing pose, or 0.
+sim::State rest(const sim::Robot& robot, const sim::Model& model) {
+  const auto stand = robot.poses.find("stand");
+  return model.stateOf(stand == robot.poses.end() ? sim::Pose{} : stand->second);
+}
+
+int inspect(const Arguments& a) {
+  const auto robot = std::make_shared<const sim::Robot>(
+      sim::Robot::fromFile(skill::findRobot(a.robot, std::filesystem::current_path())));
+  const auto model = sim::Model::fromScene({.robot = robot});
+  sim::World world(model);
+  const sim::State zero = model->stateOf({});
+  world.reset(zero);
+  const double com_height = world.snapshot().com().z();
+  int self_contacts = 0;
+  world.reset(rest(*robot, *model));
+  for (const sim::Contact& c : world.snapshot().contacts()) {
+    self_contacts += !model->isStatic(c.body_a) && !model->isStatic(c.body_b);
+  }
+  nlohmann::ordered_json j;
+  j["name"] = robot->name;
+  j["description"] = robot->description;
+  j["file"] = robot->file.string();
+  j["mass_kg"] = model->mass();
+  j["com_height_at_zero_m"] = com_height;
+  j["floating_base"] = model->rootDofs() == 6;
+  j["root"] = model->bodyName(model->root());
+  j["bodies"] = model->bodies() - 1;
+  j["self_contacts_at_rest"] = self_contacts;
+  j["dof"] = model->nv();
+  for (const sim::Joint& joint : model->joints()) {
+    const auto number = [](double x) {
+      return std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json(nullptr);
+    };
+    const auto gain = robot->gains.find(joint.name);
+    j["joints"].push_back({{"name", joint.name},
+                           {"motor", joint.motor >= 0},
+                           {"min_rad", number(joint.limit.min)},
+                           {"max_rad", number(joint.limit.max)},
+                           {"torque_Nm", number(joint.limit.torque)},
+                           {"speed_rad_s", number(joint.limit.speed)},
+                           {"kp", gain == robot->gains.end() ? 0 : gain->second.kp},
+                           {"kd", gain == robot->gains.end() ? 0 : gain->second.kd}});
+  }
+  for (const auto& [name, pair] : robot->mirrored) {
+    j["mirrored"][name] = fmt::format("{}, {}{}", pair.left, pair.sign < 0 ? "-" : "", pair.right);
+  }
+  for (const auto& [name, bodies] : robot->limbs) j["limbs"][name] = bodies;
+  for (const auto& [name, bodies] : robot->bodies) j["groups"][name] = bodies;
+  for (const auto& [name, point] : robot->contacts) {
+    j["contacts"][name] =
+        fmt::format("{} at {} {} {} m", point.body, point.p_BP.x(), point.p_BP.y(), point.p_BP.z());
+  }
+  for (const auto& [name, unused] : robot->poses) j["poses"].push_back(name);
+  for (const Need& n : needs(*robot, *model)) j["missing"][n.verb] = n.missing;
+  if (!a.mjcf.empty()) {
+    std::FILE* f = std::fopen(a.mjcf.c_str(), "wx");
+    if (!f) throw SystemError(fmt::format("{}: cannot be made: {}", a.mjcf, std::strerror(errno)));
+    const bool written = std::fputs(model->mjcf().c_str(), f) >= 0;
+    if (std::fclose(f) != 0 || !written) {
+      throw SystemError(fmt::format("{}: cannot be written: {}", a.mjcf, std::strerror(errno)));
+    }
+  }
+  if (a.json) {
+    fmt::print("{}\n", j.dump(2));
+    return kDone;
+  }
+  fmt::print("{}: {}\n", robot->name,
+             robot->description.empty() ? robot->file.string() : robot->description);
+  fmt::print("  mass {:.4g} kg, COM {:.4g} m above the ground at joint angles 0\n", model->mass(),
+             com_height);
+  fmt::print("  root \"{}\" ({}), {} bodies, {} joints, {} degrees of freedom\n",
+             model->bodyName(model->root()), model->rootDofs() == 6 ? "floats" : "fixed",
+             model->bodies() - 1, model->joints().size(), model->nv());
+  if (self_contacts > 0) {
+    fmt::print("  warning: {} contacts inside the robot at rest\n", self_contacts);
+  }
+  fmt::print("\n  {:<18} {:>9} {:>9} {:>9} {:>9} {:>8} {:>7}  motor\n", "joint", "min rad",
+             "max rad", "N·m", "rad/s", "kp", "kd");
+  const auto number = [](double x) {
+    return std::isfinite(x) ? fmt::format("{:.4g}", x) : std::string("-");
+  };
+  for (const sim::Joint& joint : model->joints()) {
+    const auto gain = robot->gains.find(joint.name);
+    const bool has_gain = gain != robot->gains.end();
+    fmt::print("  {:<18} {:>9} {:>9} {:>9} {:>9} {:>8} {:>7}  {}\n", joint.name,
+               number(joint.limit.min), number(joint.limit.max), number(joint.limit.torque),
+               number(joint.limit.speed), has_gain ? number(gain->second.kp) : "-",
+               has_gain ? number(gain->second.kd) : "-", joint.motor >= 0 ? "yes" : "no");
+  }
+  for (const char* part : {"mirrored", "limbs", "groups", "contacts"}) {
+    if (!j.contains(part)) continue;
+    fmt::print("\n  {}\n", part);
+    for (const auto& [name, value] : j[part].items()) {
+      fmt::print("    {:<16} {}\n", name,
+                 value.is_string() ? value.get<std::string>()
+                                   : join(value.get<std::vector<std::string>>()));
+    }
+  }
+  if (j.contains("poses")) {
+    fmt::print("\n  poses: {}\n", join(j["poses"].get<std::vector<std::string>>()));
+  }
+  fmt::print("\n");
+  for (const Need& n : needs(*robot, *model)) {
+    fmt::print("  {:<6} {}\n", n.verb,
+               n.missing.empty() ? "has all it needs" : "misses " + join(n.missing, "; "));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void addInspect(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = program.add_subcommand(
+      "inspect", "Say what Traceur understands of a robot, and what is missing for each verb.");
+  verb->add_option("ROBOT", a->robot, "A robot's name, its robot.toml, or any MJCF or URDF file")
+      ->required();
+  verb->add_option("--mjcf", a->mjcf, "Also write the composed scene, for other MuJoCo programs");
+  verb->add_flag("--json", a->json, "As one JSON object");
+  verb->footer(
+      "Examples:\n"
+      "  traceur inspect bioloid-gp\n"
+      "  traceur inspect my_robot.urdf");
+  verb->callback([a, &exit_code] { exit_code = inspect(*a); });
+}
+
+}  // namespace traceur::cli

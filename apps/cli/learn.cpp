@@ -1,0 +1,216 @@
+// traceur learn: practise a skill.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/interrupt.h"
+#include "apps/cli/progress.h"
+#include "apps/cli/trained.h"
+#include "apps/cli/verbs.h"
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+#include "traceur/optim/all.h"
+#include "traceur/skill/rollout.h"
+#include "traceur/skill/skill_problem.h"
+
+namespace traceur::cli {
+namespace {
+
+using skill::Skill;
+
+struct Arguments {
+  LearnOptions options;
+  std::optional<double> task;
+  std::string out;
+  int threads = 0;
+  bool resume = false;
+  bool quiet = false;
+  bool json = false;
+};
+
+std::string defaultOut(const Skill& skill, const LearnOptions& o) {
+  return fmt::format("runs/{}-{}-seed{}.run", skill.name, o.task, o.seed);
+}
+
+std::vector<TrialRow> rowsOf(const std::vector<optim::Trial>& trials, int generation,
+                             const std::vector<std::string>& constraints) {
+  std::vector<TrialRow> rows;
+  for (const optim::Trial& t : trials) {
+    std::vector<std::string> violated;
+    for (size_t i = 0; i < t.evaluation.violated.size(); ++i) {
+      if (t.evaluation.violated[i]) violated.push_back(constraints[i]);
+    }
+    rows.push_back({generation,
+                    static_cast<int>(rows.size()),
+                    t.evaluation.cost,
+                    t.evaluation.failed,
+                    join(violated, ","),
+                    {t.x.data(), t.x.data() + t.x.size()}});
+  }
+  return rows;
+}
+
+std::string note(const optim::Progress& p) {
+  if (!p.best) return "";
+  std::string text = fmt::format("best {:.3g}", p.best->evaluation.cost);
+  if (!p.best->evaluation.feasible()) text += " (failing)";
+  if (p.failed > 0) text += fmt::format("  {} diverged", p.failed);
+  return text;
+}
+
+/// "target (2.1e-05 <= 0.0004)": why a search ended.
+std::string words(const optim::Stop& stop) {
+  return fmt::format("{} ({:g}, limit {:g})", stop.reason, stop.value, stop.limit);
+}
+
+/// Runs the best trial again, recorded, and stores it with what it did.
+skill::Rollout record(RunFile& run, const std::shared_ptr<const Skill>& skill,
+                      const optim::Summary& summary, double task) {
+  sim::Recording recording;
+  const skill::Rollout r = skill::Runner(skill).run(summary.progress.best->x, task, &recording);
+  run.putRecording("best", recording.encode());
+  run.setMeta({{"stop", words(summary.stop)},
+               {"achieved", fmt::format("{}", r.achieved)},
+               {"ended", r.ended},
+               {"hash", fmt::format("{:016x}", r.hash)}});
+  return r;
+}
+
+void report(const Arguments& a, const Skill& skill, const optim::Summary& summary,
+            const skill::Rollout& r, const std::string& out) {
+  const optim::Progress& p = summary.progress;
+  const bool reached = !r.failed() && std::abs(r.achieved - a.options.task) <= skill.task.tolerance;
+  if (a.json) {
+    nlohmann::ordered_json j;
+    j["skill"] = skill.name;
+    j["task"] = a.options.task;
+    j["achieved"] = r.achieved;
+    j["unit"] = skill.task.unit;
+    j["reached"] = reached;
+    j["ended"] = r.ended;
+    j["best_cost"] = p.best->evaluation.cost;
+    j["evaluations"] = p.evaluations;
+    j["diverged"] = p.failed;
+    j["stop"] = summary.stop.reason;
+    j["seed"] = a.options.seed;
+    j["hash"] = fmt::format("{:016x}", r.hash);
+    for (size_t i = 0; i < skill.parameters.size(); ++i) {
+      j["parameters"][skill.parameters[i].name] = p.best->x[static_cast<Eigen::Index>(i)];
+    }
+    j["run"] = out;
+    fmt::print("{}\n", j.dump(2));
+    return;
+  }
+  if (a.quiet) return;
+  const auto& t = skill.task;
+  fmt::print("{}: {} {:.4g} {}, asked {:.4g} {} ({})\n", skill.name, t.name, r.achieved, t.unit,
+             a.options.task, t.unit,
+             r.failed() ? "the trial fails: " + r.ended
+             : reached  ? "reached"
+                        : "not within the tolerance yet");
+  fmt::print("  {} trials, best cost {:.3g}, ended: {}\n", p.evaluations, p.best->evaluation.cost,
+             words(summary.stop));
+  fmt::print("  run file   {}\n  film       traceur render {}\n  figures    traceur plot {}\n", out,
+             out, out);
+}
+
+int learn(const Arguments& arguments) {
+  Arguments a = arguments;
+  LearnOptions& o = a.options;
+  Interrupt interrupt;  // before any other thread
+  const std::shared_ptr<const Skill> skill = Skill::fromFile(o.skill_file);
+  o.task = a.task.value_or(skill->task.initial);
+  if (!(o.task >= skill->task.min && o.task <= skill->task.max)) {
+    throw InputError(fmt::format("--task {} {}: {} asks for {} within [{}, {}]", o.task,
+                                 skill->task.unit, skill->name, skill->task.name, skill->task.min,
+                                 skill->task.max));
+  }
+  const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
+  const skill::SkillProblem problem(skill, o.task);
+  const std::vector<std::string> constraints = problem.constraints();
+  const auto optimiser = optim::findOptimizer(o.optimiser)
+                             .make(problem, {.seed = o.seed,
+                                             .lambda = o.population,
+                                             .sigma = o.step_size,
+                                             .x0 = skill->initialParameters()});
+  const RunFile::Meta meta = toMeta(o, *skill);
+  const bool exists = std::filesystem::exists(out);
+  if (exists && !a.resume) {
+    throw InputError(
+        fmt::format("{}: exists already: --resume goes on with it, --out FILE writes "
+                    "elsewhere",
+                    out));
+  }
+  RunFile run = exists ? RunFile::open(out, true) : RunFile::create(out, meta);
+  optim::Progress start;
+  if (exists) {
+    requireSameOptions(run, meta);
+    run.setMeta({{"budget", fmt::format("{}", o.budget)}});
+    start = progressOf(run, constraints);
+    if (const auto state = run.state()) optimiser->restore(*state);
+  }
+
+  ProgressLine line(fmt::format("{} {:g} {}", skill->name, o.task, skill->task.unit), o.budget,
+                    start.evaluations, a.quiet || a.json);
+  optim::MinimiseOptions options;
+  options.threads = a.threads;
+  options.budget = o.budget;
+  options.target = skill->target_cost;
+  options.stop = interrupt.token();
+  options.on_generation = [&](const optim::Generation& g) {
+    run.appendGeneration(g.progress.generation - 1,
+                         rowsOf(g.trials, g.progress.generation - 1, constraints),
+                         g.optimizer.save(), {});
+    line.update(g.progress.evaluations, note(g.progress), "trials/s");
+  };
+  const optim::Summary summary = optim::minimise(problem, *optimiser, options, start);
+  line.finish();
+  if (!summary.progress.best) {
+    fmt::print(stderr, "traceur: stopped before the first generation was finished\n");
+    return kInterrupted;
+  }
+  const skill::Rollout best = record(run, skill, summary, o.task);
+  report(a, *skill, summary, best, out);
+  if (summary.end != optim::End::kInterrupted) return kDone;
+  fmt::print(stderr, "stopped; the same command with --resume goes on\n");
+  return kInterrupted;
+}
+
+}  // namespace
+
+void addLearn(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = program.add_subcommand(
+      "learn", "Practise a skill: search its parameters until the motion does what it asks.");
+  LearnOptions& o = a->options;
+  verb->add_option("SKILL", o.skill_file, "Skill file (TOML)")->required();
+  verb->add_option("--task", a->task,
+                   "What to ask for, in the skill's own unit; default: the file's");
+  verb->add_option("--seed", o.seed, "Equal seeds give equal runs")->capture_default_str();
+  verb->add_option("--budget", o.budget, "Trials in all")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
+  verb->add_option("--population", o.population, "Trials per generation")
+      ->check(CLI::Range(2, 100'000))
+      ->capture_default_str();
+  verb->add_option("--step-size", o.step_size,
+                   "First standard deviation, as a fraction of each parameter's range")
+      ->check(CLI::Range(1e-6, 10.0))
+      ->capture_default_str();
+  verb->add_option("--optimiser", o.optimiser, "Which search")->capture_default_str();
+  verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
+      ->check(CLI::Range(0, 1024));
+  verb->add_option("--out", a->out, "Run file; default: runs/SKILL-TASK-seedN.run");
+  verb->add_flag("--resume", a->resume, "Go on with the run file if it is there");
+  verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  verb->add_flag("--json", a->json, "Print one JSON object at the end");
+  verb->footer(
+      "Examples:\n"
+      "  traceur learn skills/bioloid-gp/jump.toml\n"
+      "  traceur learn skills/bioloid-gp/jump.toml --task 0.07 --seed 3 --out runs/high.run\n"
+      "  traceur learn skills/bioloid-gp/jump.toml --resume        # after Ctrl-C\n"
+      "Exit code: 0 done, 1 failed, 2 wrong use, 130 stopped by Ctrl-C.");
+  verb->callback([a, &exit_code] { exit_code = learn(*a); });
+}
+
+}  // namespace traceur::cli

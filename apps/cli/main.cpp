@@ -1,0 +1,78 @@
+// The program `traceur`: one verb a job.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "apps/cli/verbs.h"
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+#include "traceur/sim/model.h"
+
+namespace traceur::cli {
+namespace {
+
+int complain(int code, const std::string& message) {
+  fmt::print(stderr, "traceur: {}\n", message);
+  return code;
+}
+
+/// What CLI11 says of a wrong command line, with a suggestion for a mistyped option.
+std::string explain(const CLI::App& program, const CLI::ParseError& error) {
+  std::string message = error.what();
+  const CLI::App* verb = &program;
+  for (const CLI::App* v : program.get_subcommands()) verb = v;
+  if (dynamic_cast<const CLI::ExtrasError*>(&error)) {
+    std::vector<std::string> options;
+    for (const CLI::Option* o : verb->get_options()) {
+      for (const std::string& name : o->get_lnames()) options.push_back("--" + name);
+    }
+    for (const std::string& extra : verb->remaining(true)) message += didYouMean(extra, options);
+  }
+  return fmt::format("{}\n       see: traceur {}--help", message,
+                     verb == &program ? "" : verb->get_name() + " ");
+}
+
+int run(int argc, char** argv) {
+  CLI::App program("Traceur teaches dynamic motor skills to virtual and real humanoids.",
+                   "traceur");
+  program.set_version_flag("--version",
+                           fmt::format("traceur {} ({})", TRACEUR_VERSION, sim::engineVersion()));
+  program.require_subcommand(1);
+  program.get_formatter()->column_width(28);
+  int exit_code = kDone;
+  for (const AddVerb add : allVerbs()) add(program, exit_code);
+
+  if (argc > 1 && argv[1][0] != '-') {
+    std::vector<std::string> names;
+    for (const CLI::App* v : program.get_subcommands({})) names.push_back(v->get_name());
+    if (std::find(names.begin(), names.end(), argv[1]) == names.end()) {
+      return complain(kWrongUse, fmt::format("no verb \"{}\".{} Known: {}", argv[1],
+                                             didYouMean(argv[1], names), join(names)));
+    }
+  }
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    return program.exit(e);  // --help, --version
+  } catch (const CLI::ParseError& e) {
+    if (argc == 1) {
+      fmt::print("{}", program.help());
+      return kWrongUse;
+    }
+    return complain(kWrongUse, explain(program, e));
+  } catch (const InputError& e) {
+    return complain(kWrongUse, e.what());
+  } catch (const std::exception& e) {
+    return complain(kFailed, e.what());
+  }
+  return exit_code;
+}
+
+}  // namespace
+}  // namespace traceur::cli
+
+int main(int argc, char** argv) {
+  return traceur::cli::run(argc, argv);
+}

@@ -1,0 +1,188 @@
+// traceur render and traceur plot: look at a run.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/cli/progress.h"
+#include "apps/cli/trained.h"
+#include "apps/cli/verbs.h"
+#include "traceur/core/error.h"
+#include "traceur/render/film_strip.h"
+#include "traceur/render/standard_figures.h"
+#include "traceur/render/video.h"
+
+namespace traceur::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::map<std::string, render::View> kViews = {{"side", render::View::kSide},
+                                                    {"three-quarter", render::View::kThreeQuarter},
+                                                    {"front", render::View::kFront}};
+
+struct RenderArguments {
+  std::string run;
+  std::vector<std::string> files;
+  std::optional<render::View> view;
+  std::vector<double> times;
+  std::vector<int> size;
+  int count = 8;
+  int columns = 0;
+  double speed = 1;
+  bool still = false;
+  bool forces = false;
+  bool com = false;
+  bool quiet = false;
+};
+
+/// runs/a.run → runs/a-strip.png
+fs::path beside(const fs::path& run, const std::string& ending) {
+  return run.parent_path() / (run.stem().string() + ending);
+}
+
+int renderRun(const RenderArguments& a) {
+  const RunFile run = RunFile::open(a.run, false);
+  std::vector<fs::path> files(a.files.begin(), a.files.end());
+  if (files.empty()) files = {beside(a.run, "-strip.png"), beside(a.run, ".mp4")};
+  for (const fs::path& f : files) {
+    if (f.extension() != ".png" && f.extension() != ".mp4") {
+      throw InputError(fmt::format(
+          "{}: expected a name ending in .png (film strip) or .mp4 (video)", f.string()));
+    }
+  }
+  const sim::Recording recording = bestRecording(run);
+  const render::DrawOptions draw{.contact_forces = a.forces, .com = a.com};
+  for (const fs::path& f : files) {
+    if (f.extension() == ".png") {
+      render::FilmStripOptions options{.times = a.times, .count = a.count, .columns = a.columns};
+      options.draw = draw;
+      options.camera.view = a.view.value_or(render::View::kSide);
+      options.camera.follow = !a.still;
+      if (!a.size.empty()) {
+        options.panel_width = a.size[0];
+        options.panel_height = a.size[1];
+      }
+      render::writePng(render::filmStrip(recording, options), f);
+    } else {
+      render::VideoOptions options;
+      options.draw = draw;
+      options.speed = a.speed;
+      options.camera.view = a.view.value_or(render::View::kThreeQuarter);
+      options.camera.follow = !a.still;
+      if (!a.size.empty()) {
+        options.width = a.size[0];
+        options.height = a.size[1];
+      }
+      ProgressLine line("video", 100, 0, a.quiet);
+      options.progress = [&](double done) { line.update(100 * done, "%", "%/s"); };
+      render::writeVideo(recording, f, options);
+    }
+    if (!a.quiet) fmt::print("{}\n", f.string());
+  }
+  return kDone;
+}
+
+render::CostHistory historyOf(const RunFile& run) {
+  render::CostHistory h;
+  std::optional<optim::Evaluation> best;
+  double number = 0;
+  for (const TrialRow& row : run.trials()) {
+    const optim::Evaluation e{row.cost, {!row.violated.empty()}, row.failed};
+    number += 1;
+    if (row.failed) {
+      h.failed.push_back(number);
+    } else {
+      h.trials.push_back(number);
+      h.costs.push_back(row.cost);
+    }
+    if (!best || optim::better(e, *best)) best = e;
+    if (best->failed) continue;
+    h.evaluations.push_back(number);
+    h.best.push_back(best->cost);
+  }
+  return h;
+}
+
+struct PlotArguments {
+  std::string run;
+  std::vector<std::string> what;
+  std::string format = "png";
+  std::string out;
+};
+
+int plotRun(const PlotArguments& a) {
+  const RunFile run = RunFile::open(a.run, false);
+  std::vector<std::string> what = a.what;
+  if (what.empty()) what = {"cost", "joints", "com", "contacts"};
+  if (!a.out.empty() && what.size() != 1) {
+    throw InputError("--out FILE: needs one figure, chosen by --what");
+  }
+  for (const std::string& w : what) {
+    const fs::path file = a.out.empty() ? beside(a.run, "-" + w + "." + a.format) : fs::path(a.out);
+    const render::Figure figure = w == "cost"     ? render::costFigure(historyOf(run))
+                                  : w == "joints" ? render::jointFigure(bestRecording(run))
+                                  : w == "com"    ? render::comFigure(bestRecording(run))
+                                                  : render::contactFigure(bestRecording(run));
+    render::writeFigure(figure, file);
+    fmt::print("{}\n", file.string());
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void addRender(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<RenderArguments>();
+  CLI::App* verb =
+      program.add_subcommand("render", "Draw a run's best trial: film strip (PNG), video (MP4).");
+  verb->add_option("RUN", a->run, "Run file")->required();
+  verb->add_option(
+      "FILE", a->files,
+      "Where to: .png for a film strip, .mp4 for a video; default: both, beside the run");
+  verb->add_option("--view", a->view, "side, three-quarter or front")
+      ->transform(CLI::CheckedTransformer(kViews));
+  verb->add_option("--times", a->times, "Film strip: these moments [s], comma separated")
+      ->delimiter(',');
+  verb->add_option("--count", a->count, "Film strip: so many telling moments")
+      ->check(CLI::Range(1, 200))
+      ->capture_default_str();
+  verb->add_option("--columns", a->columns, "Film strip: panels in a row")
+      ->check(CLI::Range(1, 200));
+  verb->add_option("--size", a->size, "Panel or video size [px]: WIDTHxHEIGHT")
+      ->delimiter('x')
+      ->expected(2);
+  verb->add_option("--speed", a->speed, "Video: 0.25 is four times slower than real")
+      ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str();
+  verb->add_flag("--still", a->still, "Do not follow the robot");
+  verb->add_flag("--forces", a->forces, "Draw contact forces");
+  verb->add_flag("--com", a->com, "Mark the centre of mass");
+  verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  verb->footer(
+      "Examples:\n"
+      "  traceur render runs/jump-0.05-seed1.run\n"
+      "  traceur render runs/jump-0.05-seed1.run flight.png --times 0.7,0.8,0.9 --forces\n"
+      "  traceur render runs/jump-0.05-seed1.run slow.mp4 --speed 0.25 --size 640x480");
+  verb->callback([a, &exit_code] { exit_code = renderRun(*a); });
+}
+
+void addPlot(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<PlotArguments>();
+  CLI::App* verb = program.add_subcommand(
+      "plot", "Figures of a run: cost, joint angles, centre of mass, contact forces.");
+  verb->add_option("RUN", a->run, "Run file")->required();
+  verb->add_option("--what", a->what, "cost, joints, com, contacts; default: all")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"cost", "joints", "com", "contacts"}));
+  verb->add_option("--format", a->format, "png or svg")
+      ->check(CLI::IsMember({"png", "svg"}))
+      ->capture_default_str();
+  verb->add_option("--out", a->out, "File for the one figure of --what; default: beside the run");
+  verb->footer(
+      "Examples:\n"
+      "  traceur plot runs/jump-0.05-seed1.run\n"
+      "  traceur plot runs/jump-0.05-seed1.run --what cost --out cost.svg");
+  verb->callback([a, &exit_code] { exit_code = plotRun(*a); });
+}
+
+}  // namespace traceur::cli

@@ -1,0 +1,96 @@
+// traceur show: what a run is and what it found.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/trained.h"
+#include "apps/cli/verbs.h"
+#include "traceur/core/hash.h"
+#include "traceur/core/text.h"
+
+namespace traceur::cli {
+namespace {
+
+/// The constraints' names, as far as trials violated them.
+std::vector<std::string> violatedNames(const std::vector<TrialRow>& trials) {
+  std::vector<std::string> names;
+  for (const TrialRow& t : trials) {
+    for (size_t from = 0; from < t.violated.size();) {
+      const size_t to = std::min(t.violated.find(',', from), t.violated.size());
+      const std::string name = t.violated.substr(from, to - from);
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      from = to + 1;
+    }
+  }
+  return names;
+}
+
+int show(const std::string& file, bool json) {
+  const RunFile run = RunFile::open(file, false);
+  const std::vector<TrialRow> trials = run.trials();
+  const std::vector<std::string> names = violatedNames(trials);
+  const optim::Progress p = progressOf(run, names);
+  const auto meta = [&](const char* key) { return run.meta(key).value_or("-"); };
+  nlohmann::ordered_json j;
+  for (const char* key :
+       {"verb", "skill", "skill_file", "task", "task_unit", "achieved", "ended", "stop", "seed",
+        "budget", "optimiser", "population", "step_size", "traceur", "engine", "hash"}) {
+    j[key] = meta(key);
+  }
+  Hash all;
+  for (const TrialRow& t : trials) {
+    all.add(t.x);
+    all.add({&t.cost, 1});
+    all.add(t.violated);
+  }
+  j["trials_hash"] = fmt::format("{:016x}", all.value());
+  j["evaluations"] = p.evaluations;
+  j["generations"] = p.generation;
+  j["diverged"] = p.failed;
+  for (const std::string& name : names) {
+    int count = 0;
+    for (const TrialRow& t : trials) {
+      count += ("," + t.violated + ",").find("," + name + ",") != std::string::npos;
+    }
+    j["violated"][name] = count;
+  }
+  if (p.best) {
+    j["best_cost"] = p.best->evaluation.cost;
+    const std::string parameters = meta("parameters");
+    Eigen::Index i = 0;
+    for (size_t from = 0; from < parameters.size() && i < p.best->x.size(); ++i) {
+      const size_t to = std::min(parameters.find(", ", from), parameters.size());
+      j["parameters"][parameters.substr(from, to - from)] = p.best->x[i];
+      from = to + 2;
+    }
+  }
+  if (json) {
+    fmt::print("{}\n", j.dump(2));
+    return kDone;
+  }
+  for (const auto& [key, value] : j.items()) {
+    if (!value.is_object()) {
+      fmt::print("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+      continue;
+    }
+    fmt::print("{}\n", key);
+    for (const auto& [name, number] : value.items())
+      fmt::print("  {:<24} {}\n", name, number.dump());
+  }
+  if (!run.recording("best")) fmt::print("cut off: learn … --resume finishes it\n");
+  return kDone;
+}
+
+}  // namespace
+
+void addShow(CLI::App& program, int& exit_code) {
+  auto file = std::make_shared<std::string>();
+  auto json = std::make_shared<bool>(false);
+  CLI::App* verb = program.add_subcommand("show", "Summarise a run file.");
+  verb->add_option("RUN", *file, "Run file")->required();
+  verb->add_flag("--json", *json, "As one JSON object");
+  verb->footer("Example:\n  traceur show runs/jump-0.05-seed1.run");
+  verb->callback([file, json, &exit_code] { exit_code = show(*file, *json); });
+}
+
+}  // namespace traceur::cli

@@ -1,0 +1,12 @@
+#include "apps/cli/verbs.h"
+
+namespace traceur::cli {
+
+const std::vector<AddVerb>& allVerbs() {
+  static const std::vector<AddVerb> kVerbs = {
+      addLearn, addShow, addRender, addPlot, addInspect,
+  };
+  return kVerbs;
+}
+
+}  // namespace traceur::cli

@@ -1,0 +1,23 @@
+// The program's verbs. A new one is a file of its own and a line in verbs.cpp.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <vector>
+
+namespace traceur::cli {
+
+/// What the program returns to the shell.
+enum ExitCode { kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130 };
+
+/// Adds a verb to the program; when it was asked for, its callback runs it and sets exit_code.
+using AddVerb = void (*)(CLI::App& program, int& exit_code);
+
+void addLearn(CLI::App& program, int& exit_code);
+void addShow(CLI::App& program, int& exit_code);
+void addRender(CLI::App& program, int& exit_code);
+void addPlot(CLI::App& program, int& exit_code);
+void addInspect(CLI::App& program, int& exit_code);
+
+const std::vector<AddVerb>& allVerbs();
+
+}  // namespace traceur::cli

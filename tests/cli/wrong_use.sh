@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Wrong input to the program: one clear message naming the thing, exit 1 or 2, nothing left behind.
+# usage: wrong_use.sh TRACEUR
+set -u
+traceur=$1
+nod=tests/cli/nod.toml
+dir=$(mktemp -d)
+trap 'chmod -R u+w "$dir"; rm -rf "$dir"' EXIT
+failures=0
+
+# expect CODE WORDS… -- ARGUMENTS…: the exit code, and words the message must hold.
+expect() {
+  local code=$1 words=()
+  shift
+  while [ "$1" != -- ]; do words+=("$1"); shift; done
+  shift
+  local text got
+  text=$("$traceur" "$@" 2>&1 >/dev/null)
+  got=$?
+  local wrong=""
+  [ "$got" -eq "$code" ] || wrong="exit $got instead of $code"
+  for w in "${words[@]}"; do
+    case $text in *"$w"*) ;; *) wrong="$wrong; no \"$w\"" ;; esac
+  done
+  if [ -n "$wrong" ]; then
+    failures=$((failures + 1))
+    printf 'traceur %s: %s\n%s\n' "$*" "$wrong" "$text"
+  fi
+}
+
+expect 2 'no verb "lern"' 'Did you mean "learn"' -- lern
+expect 2 'no verb "frobnicate"' -- frobnicate
+expect 2 'SKILL is required' -- learn
+expect 2 '--seeed' 'Did you mean "--seed"' -- learn "$nod" --seeed 3
+expect 2 'no/such.toml' 'No such file' -- learn no/such.toml
+expect 2 'got a folder' -- learn tests
+expect 2 '--budget' -- learn "$nod" --budget 0 --out "$dir/a.run"
+expect 2 '--budget' -- learn "$nod" --budget many --out "$dir/a.run"
+expect 2 '--task 7 rad' '[0, 1]' -- learn "$nod" --task 7 --out "$dir/a.run"
+expect 2 '--task nan' -- learn "$nod" --task nan --out "$dir/a.run"
+expect 2 'cma-es' -- learn "$nod" --optimiser cma --out "$dir/a.run"
+expect 1 '/proc/nowhere' -- learn "$nod" --out /proc/nowhere/a.run
+printf 'name = "x"\nrobot = \n' >"$dir/bad.toml"
+expect 2 'bad.toml:2:' -- learn "$dir/bad.toml" --out "$dir/a.run"
+sed 's/bioloid-gp/bioloid/' "$nod" >"$dir/robot.toml"
+expect 2 'Did you mean "bioloid-gp"' -- learn "$dir/robot.toml" --out "$dir/a.run"
+sed 's/shoulder = "shoulder"/sholder = "shoulder"/' "$nod" >"$dir/joint.toml"
+expect 2 'Did you mean "shoulder"' -- learn "$dir/joint.toml" --out "$dir/a.run"
+expect 2 'no such run file' -- show "$dir/none.run"
+echo 'not a database, only some text that goes on' >"$dir/text.run"
+expect 2 'text.run' 'left as it is' -- show "$dir/text.run"
+expect 2 'text.run' -- learn "$nod" --out "$dir/text.run" --resume
+expect 2 'neither a file nor one of' -- inspect nobody
+printf '<mujoco><worldbody></mujoco>' >"$dir/broken.xml"
+expect 2 'broken.xml:1' -- inspect "$dir/broken.xml"
+if [ -e "$dir/a.run" ]; then
+  echo "a refused run left a file behind"
+  failures=$((failures + 1))
+fi
+
+"$traceur" learn "$nod" --budget 32 --out "$dir/b.run" --quiet || failures=$((failures + 1))
+expect 2 'b.run' 'exists already' '--resume' -- learn "$nod" --budget 32 --out "$dir/b.run"
+expect 2 'another seed' 'it has 1, got 2' -- learn "$nod" --budget 32 --out "$dir/b.run" --resume --seed 2
+expect 2 'another task' -- learn "$nod" --budget 32 --out "$dir/b.run" --resume --task 0.2
+expect 2 'budget 16 is less' -- learn "$nod" --budget 16 --out "$dir/b.run" --resume
+sed 's/horizon = 0.1/horizon = 0.2/' "$nod" >"$dir/changed.toml"
+expect 2 'has changed since' -- learn "$dir/changed.toml" --budget 32 --out "$dir/b.run" --resume
+expect 2 'b.gif' '.png' -- render "$dir/b.run" "$dir/b.gif"
+expect 1 '/proc/nowhere' -- plot "$dir/b.run" --what cost --out /proc/nowhere/a.png
+if [ -e /dev/full ]; then
+  expect 1 '/dev/full' -- inspect bioloid-gp --mjcf /dev/full
+fi
+
+# --json: one object, and only that, on standard output.
+"$traceur" learn "$nod" --budget 32 --out "$dir/c.run" --json 2>/dev/null |
+  python3 -c 'import json, sys; d = json.load(sys.stdin); sys.exit(not (d["evaluations"] == 32 and d["run"].endswith("c.run") and d["unit"] == "rad"))' ||
+  { echo "--json: not the object it should be"; failures=$((failures + 1)); }
+for verb in learn show render plot inspect; do
+  "$traceur" "$verb" --help | grep -q 'Example' || { echo "$verb --help: no example"; failures=$((failures + 1)); }
+done
+
+[ $failures -eq 0 ] && echo "all as expected" || echo "$failures failures"
+[ $failures -eq 0 ]
