@@ -1,0 +1,130 @@
+// How much of a rollout is the physics engine? Ratios within one run, so that the machine's mood
+// cancels: the whole rollout loop against a bare mj_step loop with the same model, time step and
+// torques; two threads against one.
+//
+//     build/release/bench/bench_rollout [SKILL.toml]
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <vector>
+
+#include "traceur/core/random.h"
+#include "traceur/core/thread_pool.h"
+#include "traceur/sim/world.h"
+#include "traceur/skill/rollout.h"
+#include "traceur/skill/skill_problem.h"
+
+namespace {
+
+using namespace traceur;
+
+constexpr int kPairs = 15;
+
+double cpuSeconds() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return t.tv_sec + 1e-9 * t.tv_nsec;
+}
+
+double wallSeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double median(std::vector<double> x) {
+  std::sort(x.begin(), x.end());
+  return x[x.size() / 2];
+}
+
+void print(const char* what, const std::vector<double>& ratios) {
+  const auto [low, high] = std::minmax_element(ratios.begin(), ratios.end());
+  std::printf("%-58s median %.3f  (%.3f to %.3f, %zu pairs)\n", what, median(ratios), *low, *high,
+              ratios.size());
+}
+
+/// The torques of one trial, a row for each step, as the bare loop will apply them.
+std::vector<double> torquesOf(const skill::Skill& s, const skill::Rollout& r,
+                              const sim::Recording& recording) {
+  const int nu = s.model->nu();
+  const int steps = static_cast<int>(r.time / s.model->timeStep() + 0.5);
+  std::vector<double> out;
+  for (int i = 0; i < steps; ++i) {
+    const size_t frame =
+        std::min(recording.frames.size() - 1,
+                 static_cast<size_t>(i * s.model->timeStep() / skill::Runner::kInterval));
+    const auto& tau = recording.frames[frame].torque;
+    out.insert(out.end(), tau.data(), tau.data() + nu);
+  }
+  return out;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto skill = skill::Skill::fromFile(argc > 1 ? argv[1] : "skills/bioloid-gp/jump.toml");
+  skill::Runner runner(skill);
+  const Eigen::VectorXd x = skill->initialParameters();
+  sim::Recording recording;
+  const skill::Rollout once = runner.run(x, skill->task.initial, &recording);
+  const std::vector<double> torques = torquesOf(*skill, once, recording);
+  const mjModel* m = skill->model->raw();
+  mjData* d = mj_makeData(m);
+
+  std::printf("%s: %d steps of %g s\n", skill->name.c_str(),
+              static_cast<int>(once.time / m->opt.timestep + 0.5), m->opt.timestep);
+  std::vector<double> loop;
+  for (int pair = 0; pair < kPairs; ++pair) {
+    // The bare loop repeats the recorded states' torques; held over 10 ms they make another motion,
+    // so each frame's state is set afresh and the loop sees the same contacts as the rollout.
+    double t = cpuSeconds();
+    const size_t per_frame = static_cast<size_t>(skill::Runner::kInterval / m->opt.timestep + 0.5);
+    size_t steps = 0;
+    for (size_t f = 0; f + 1 < recording.frames.size(); ++f) {
+      const sim::State& s = recording.frames[f].state;
+      std::copy(s.q.data(), s.q.data() + m->nq, d->qpos);
+      std::copy(s.v.data(), s.v.data() + m->nv, d->qvel);
+      for (size_t k = 0; k < per_frame; ++k, ++steps) {
+        std::copy_n(torques.data() + steps * m->nu, m->nu, d->ctrl);
+        mj_step(m, d);
+      }
+    }
+    const double bare = (cpuSeconds() - t) / static_cast<double>(steps);
+    t = cpuSeconds();
+    const skill::Rollout r = runner.run(x, skill->task.initial);
+    const double whole = (cpuSeconds() - t) / (r.time / m->opt.timestep);
+    loop.push_back(bare / whole);
+    if (pair == 0) {
+      std::printf("first pair: bare %.2f us/step, rollout %.2f us/step\n", 1e6 * bare, 1e6 * whole);
+    }
+  }
+  print("rollout loop, steps/s relative to a bare mj_step loop", loop);
+
+  // Rollouts like those of a search: scattered parameters, many of which fall early.
+  std::vector<Eigen::VectorXd> trials;
+  for (int i = 0; i < 64; ++i) {
+    Random random(1, 0, i);
+    Eigen::VectorXd p = x;
+    for (Eigen::Index k = 0; k < p.size(); ++k) {
+      const ParamSpec& spec = skill->parameters[static_cast<size_t>(k)];
+      p[k] = std::clamp(p[k] + 0.1 * (spec.max - spec.min) * random.normal(), spec.min, spec.max);
+    }
+    trials.push_back(p);
+  }
+  const skill::SkillProblem problem(skill, skill->task.initial);
+  std::vector<double> threads;
+  for (int pair = 0; pair < 5; ++pair) {
+    double seconds[2];
+    for (const int n : {1, 2}) {
+      ThreadPool pool(n);
+      const double t = wallSeconds();
+      pool.forEach(static_cast<int>(trials.size()), [&](int i) { problem.evaluate(trials[i]); });
+      seconds[n - 1] = wallSeconds() - t;
+    }
+    threads.push_back(seconds[0] / seconds[1]);
+    if (pair == 0) std::printf("1 thread: %.1f rollouts/s\n", trials.size() / seconds[0]);
+  }
+  print("2 threads, rollouts/s relative to 1", threads);
+  mj_deleteData(d);
+}

@@ -1,0 +1,294 @@
+// What every optimiser promises (traceur/optim/optimizer.h), checked for all that are registered.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "traceur/core/error.h"
+#include "traceur/core/random.h"
+#include "traceur/optim/all.h"
+#include "traceur/optim/minimise.h"
+#include "traceur/optim/test_functions.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// A box with a constraint, a region where trials fail, and costs that tie now and then.
+class Mixed : public Problem {
+ public:
+  VectorXd lower() const override { return VectorXd::Constant(4, -2); }
+  VectorXd upper() const override { return VectorXd::Constant(4, 3); }
+  std::vector<std::string> constraints() const override { return {"wall", "never"}; }
+  Evaluation evaluate(const VectorXd& x) const override {
+    if (x[1] > 2.2) return {.cost = NAN};
+    return {.cost = std::max(rosenbrock(x), 0.01), .violated = {x[0] < -1, false}};
+  }
+};
+
+FunctionProblem boxed(int n, FunctionProblem::Function f) {
+  return {VectorXd::Constant(n, -2), VectorXd::Constant(n, 3), std::move(f)};
+}
+
+class OptimizerContract : public testing::TestWithParam<OptimizerEntry> {
+ protected:
+  std::unique_ptr<Optimizer> make(const Problem& problem, const CommonOptions& options = {}) const {
+    return GetParam().make(problem, options);
+  }
+
+  /// One generation, told in the order of ids.
+  static void step(const Problem& problem, Optimizer& optimizer) {
+    for (const Candidate& c : optimizer.ask()) optimizer.tell(c.id, problem.evaluate(c.x));
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(All, OptimizerContract, testing::ValuesIn(allOptimizers()),
+                         [](const auto& entry) {
+                           std::string name = entry.param.name;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST_P(OptimizerContract, SolvesTheSphereAndRosenbrock) {
+  for (const bool box : {true, false}) {
+    const FunctionProblem easy = box ? boxed(5, sphere) : FunctionProblem(5, sphere);
+    const FunctionProblem hard = box ? boxed(5, rosenbrock) : FunctionProblem(5, rosenbrock);
+    int solved = 0;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      const auto a = make(easy, {.seed = seed, .x0 = VectorXd::Constant(5, 1.7)});
+      EXPECT_EQ(minimise(easy, *a, {.budget = 5000, .target = 1e-8}).end, End::kTarget);
+      const auto b = make(hard, {.seed = seed, .x0 = VectorXd::Constant(5, 0.3)});
+      solved += minimise(hard, *b, {.budget = 30000, .target = 1e-8}).end == End::kTarget;
+    }
+    EXPECT_GE(solved, 3);
+  }
+}
+
+TEST_P(OptimizerContract, AskIsIdempotentAndInsideTheBounds) {
+  const Mixed problem;
+  const auto optimizer = make(problem, {.sigma = 1});
+  std::vector<std::uint64_t> seen;
+  for (int g = 0; g < 30; ++g) {
+    const std::vector<Candidate> first = optimizer->ask();
+    const std::vector<Candidate> again = optimizer->ask();
+    ASSERT_EQ(first.size(), again.size());
+    ASSERT_FALSE(first.empty());
+    for (size_t k = 0; k < first.size(); ++k) {
+      EXPECT_EQ(first[k].id, again[k].id);
+      EXPECT_EQ(first[k].x, again[k].x);
+      EXPECT_TRUE((first[k].x.array() >= -2).all() && (first[k].x.array() <= 3).all());
+      EXPECT_EQ(std::find(seen.begin(), seen.end(), first[k].id), seen.end()) << "id reused";
+      seen.push_back(first[k].id);
+    }
+    step(problem, *optimizer);
+  }
+}
+
+TEST_P(OptimizerContract, EqualSeedsGiveEqualRunsAndOthersOtherOnes) {
+  const Mixed problem;
+  const auto a = make(problem, {.seed = 5});
+  const auto b = make(problem, {.seed = 5});
+  const auto c = make(problem, {.seed = 6});
+  for (int g = 0; g < 25; ++g) {
+    step(problem, *a);
+    step(problem, *b);
+    step(problem, *c);
+  }
+  EXPECT_EQ(a->save(), b->save());
+  EXPECT_NE(a->ask()[0].x, c->ask()[0].x);
+}
+
+TEST_P(OptimizerContract, OtherInstancesDoNotMatter) {
+  const Mixed problem;
+  const auto alone = make(problem);
+  for (int g = 0; g < 25; ++g) step(problem, *alone);
+
+  const auto a = make(problem);
+  const auto b = make(problem, {.seed = 77, .lambda = 13});
+  for (int g = 0; g < 25; ++g) {
+    const std::vector<Candidate> mine = a->ask();
+    step(problem, *b);
+    for (const Candidate& c : mine) {
+      a->tell(c.id, problem.evaluate(c.x));
+      b->ask();
+    }
+    const auto passing = make(problem, {.seed = 3});
+    step(problem, *passing);
+  }
+  EXPECT_EQ(a->save(), alone->save());
+}
+
+TEST_P(OptimizerContract, ThreadsDoNotMatter) {
+  const Mixed problem;
+  std::string states[2];
+  for (const int threads : {1, 2}) {
+    const auto optimizer = make(problem);
+    minimise(problem, *optimizer, {.threads = threads, .budget = 600});
+    states[threads - 1] = optimizer->save();
+  }
+  EXPECT_EQ(states[0], states[1]);
+}
+
+TEST_P(OptimizerContract, TellsMayComeInAnyOrder) {
+  const Mixed problem;
+  const auto ordered = make(problem);
+  const auto shuffled = make(problem);
+  Random random(4);
+  for (int g = 0; g < 25; ++g) {
+    step(problem, *ordered);
+    std::vector<Candidate> candidates = shuffled->ask();
+    for (size_t i = candidates.size(); i > 1; --i) {
+      std::swap(candidates[i - 1], candidates[random.below(i)]);
+    }
+    for (const Candidate& c : candidates) shuffled->tell(c.id, problem.evaluate(c.x));
+  }
+  EXPECT_EQ(shuffled->save(), ordered->save());
+}
+
+TEST_P(OptimizerContract, ResumesFromAnyPointToTheSameBits) {
+  const Mixed problem;
+  const auto whole = make(problem);
+  for (int g = 0; g < 12; ++g) step(problem, *whole);
+
+  // Saved and restored into a fresh instance after every single tell, in a scattered order.
+  auto current = make(problem);
+  for (int g = 0; g < 12; ++g) {
+    std::vector<Candidate> left = current->ask();
+    while (!left.empty()) {
+      const Candidate c = left[left.size() * 2 / 3];
+      current->tell(c.id, problem.evaluate(c.x));
+      const std::string state = current->save();
+      auto next = make(problem);
+      next->restore(state);
+      EXPECT_EQ(next->save(), state);
+      current = std::move(next);
+      if (left.size() == 1) break;
+      left = current->ask();
+    }
+  }
+  EXPECT_EQ(current->save(), whole->save());
+}
+
+TEST_P(OptimizerContract, RestoredStateIsToldWithoutBeingAsked) {
+  const Mixed problem;
+  const auto a = make(problem);
+  for (int g = 0; g < 3; ++g) step(problem, *a);
+  const std::vector<Candidate> open = a->ask();
+  const auto b = make(problem);
+  b->restore(a->save());
+  for (const Candidate& c : open) {
+    a->tell(c.id, problem.evaluate(c.x));
+    b->tell(c.id, problem.evaluate(c.x));
+  }
+  EXPECT_EQ(a->save(), b->save());
+}
+
+TEST_P(OptimizerContract, RestoreRefusesForeignTextAndChangesNothing) {
+  const Mixed problem;
+  const auto optimizer = make(problem);
+  for (int g = 0; g < 3; ++g) step(problem, *optimizer);
+  optimizer->tell(optimizer->ask()[1].id, {.cost = 3});
+  const std::string own = optimizer->save();
+  const FunctionProblem wider = boxed(6, sphere);
+  for (const std::string& text :
+       {std::string(), std::string("{}"), own.substr(0, own.size() - 1), own + '\0',
+        make(wider)->save(), make(problem, {.seed = 1234})->save()}) {
+    EXPECT_THROW(optimizer->restore(text), InputError);
+    EXPECT_EQ(optimizer->save(), own);
+  }
+}
+
+TEST_P(OptimizerContract, TellRefusesUnknownIdsAndChangesNothing) {
+  const Mixed problem;
+  const auto optimizer = make(problem);
+  const std::vector<Candidate> old = optimizer->ask();
+  step(problem, *optimizer);
+  const std::vector<Candidate> now = optimizer->ask();
+  optimizer->tell(now[0].id, {.cost = 1});
+  const std::string before = optimizer->save();
+  for (const std::uint64_t id : {old[0].id, now[0].id, now.back().id + 1, UINT64_MAX}) {
+    EXPECT_THROW(optimizer->tell(id, {.cost = 0}), InputError) << id;
+    EXPECT_EQ(optimizer->save(), before);
+  }
+}
+
+TEST_P(OptimizerContract, AllFailedGenerationsEndInAReportedStop) {
+  const Mixed problem;
+  for (const bool from_the_start : {true, false}) {
+    const auto optimizer = make(problem);
+    if (!from_the_start) {
+      for (int g = 0; g < 10; ++g) step(problem, *optimizer);
+    }
+    int generations = 0;
+    while (!optimizer->stopped() && generations < 1000) {
+      for (const Candidate& c : optimizer->ask()) {
+        EXPECT_TRUE(c.x.allFinite());
+        optimizer->tell(c.id, {.failed = true});
+      }
+      ++generations;
+    }
+    ASSERT_TRUE(optimizer->stopped());
+    EXPECT_GT(generations, 1);
+    EXPECT_FALSE(optimizer->stopped()->reason.empty());
+    EXPECT_TRUE(std::isfinite(optimizer->stopped()->value));
+    // It can still go on, from a state that is whole.
+    for (int g = 0; g < 5; ++g) step(problem, *optimizer);
+    for (const Candidate& c : optimizer->ask()) EXPECT_TRUE(c.x.allFinite());
+  }
+}
+
+TEST_P(OptimizerContract, CopesWithWhatTrialsMaySay) {
+  // NaN and infinite costs, constraints always or never violated, ties.
+  const auto optimizer = make(Mixed());
+  Random random(12);
+  for (int g = 0; g < 200; ++g) {
+    for (const Candidate& c : optimizer->ask()) {
+      ASSERT_TRUE(c.x.allFinite());
+      const double costs[] = {NAN, kInf, -kInf, 0, 1, 1e300, -1e300, c.x[0]};
+      optimizer->tell(c.id, {.cost = costs[random.below(8)],
+                             .violated = {random.below(2) == 0, true},
+                             .failed = random.below(10) == 0});
+    }
+    if (optimizer->stopped()) {
+      EXPECT_FALSE(std::isnan(optimizer->stopped()->value));
+    }
+  }
+}
+
+TEST_P(OptimizerContract, FindsTheFeasiblePart) {
+  // Feasible is a quarter of the box; the cost alone leads away from it.
+  class Corner : public FunctionProblem {
+   public:
+    Corner() : FunctionProblem(VectorXd::Zero(2), VectorXd::Ones(2), nullptr) {}
+    std::vector<std::string> constraints() const override { return {"left", "below"}; }
+    Evaluation evaluate(const VectorXd& x) const override {
+      return {.cost = x.sum(), .violated = {x[0] < 0.5, x[1] < 0.5}};
+    }
+  };
+  const Corner problem;
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 11; ++seed) {
+    const auto optimizer = make(problem, {.seed = seed});
+    const Summary s = minimise(problem, *optimizer, {.budget = 1500, .target = 1.01});
+    found += s.end == End::kTarget;
+  }
+  EXPECT_GE(found, 10);
+}
+
+TEST_P(OptimizerContract, RefusesWhatCannotBeUsed) {
+  const FunctionProblem problem = boxed(3, sphere);
+  EXPECT_THROW(make(problem, {.sigma = 0}), InputError);
+  EXPECT_THROW(make(problem, {.sigma = NAN}), InputError);
+  EXPECT_THROW(make(problem, {.lambda = -1}), InputError);
+  EXPECT_THROW(make(problem, {.x0 = VectorXd::Zero(2)}), InputError);
+  EXPECT_THROW(make(problem, {.x0 = VectorXd::Constant(3, NAN)}), InputError);
+  EXPECT_THROW(make(problem, {.x0 = VectorXd::Constant(3, 10)}), InputError);
+  const FunctionProblem reversed(VectorXd::Ones(3), VectorXd::Zero(3), sphere);
+  EXPECT_THROW(make(reversed), InputError);
+  const FunctionProblem unknown(VectorXd::Constant(3, NAN), VectorXd::Ones(3), sphere);
+  EXPECT_THROW(make(unknown), InputError);
+}
+
+}  // namespace
+}  // namespace traceur::optim

@@ -1,0 +1,46 @@
+// How a search that knows no bounds hands out only points inside a box.
+#pragma once
+
+#include "traceur/optim/problem.h"
+
+namespace traceur::optim {
+
+/// Folds the real line into [l, u], variable by variable: the identity where it matters, a parabola
+/// in a margin a beside each bound, mirrored beyond. With t the distance from l - a:
+///
+///     fold(y) = l + t²/(4a)   for 0 ≤ t < 2a;   y   for l + a ≤ y ≤ u - a;
+///     even about y = l - a, likewise at u, hence periodic between two bounds
+///
+/// The function the search sees, f(fold(y)), is continuously differentiable. A minimum on a bound,
+/// where f is a slope, becomes a smooth valley, which a plain mirror would leave a kink and
+/// clipping a plateau. Every y counts; none is rejected, and the search needs no penalty.
+class BoundFold {
+ public:
+  /// The margin of a variable with two bounds, as a fraction of the distance between them
+  /// [ours; a tenth of the box is bent in all].
+  static constexpr double kMargin = 0.05;
+
+  /// No variable has bounds.
+  BoundFold() = default;
+  /// @param lower, upper  (n), lower < upper; infinite where there is none
+  /// @param step          (n) > 0, margin of the variables with one bound: the size of a first step
+  BoundFold(const VectorXd& lower, const VectorXd& upper, const VectorXd& step);
+
+  /// @return value inside [l, u] of variable i; y itself, to the bit, away from the bounds
+  double fold(int i, double y) const;
+  /// The y nearest to the box's inside with fold(i, y) = x, for l ≤ x ≤ u.
+  double unfold(int i, double x) const;
+
+  /// u - l; infinite without two bounds.
+  double width(int i) const { return any_ ? upper_[i] - lower_[i] : kInfinity; }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  bool any_ = false;
+  VectorXd lower_;
+  VectorXd upper_;
+  VectorXd margin_;
+};
+
+}  // namespace traceur::optim

@@ -1,0 +1,78 @@
+#include "traceur/optim/bound_fold.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "traceur/core/random.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+BoundFold foldOf(double lower, double upper, double step = 1) {
+  return {VectorXd::Constant(1, lower), VectorXd::Constant(1, upper), VectorXd::Constant(1, step)};
+}
+
+TEST(BoundFold, IsTheIdentityWithoutBounds) {
+  for (const double y : {-1e300, -1.0, 0.0, 3.5}) {
+    EXPECT_EQ(BoundFold().fold(0, y), y);
+    EXPECT_EQ(foldOf(-kInf, kInf).fold(0, y), y);
+  }
+}
+
+TEST(BoundFold, KeepsEveryBitAwayFromTheBounds) {
+  const BoundFold fold = foldOf(-1e10, 2e10);
+  for (const double y : {0.1, -3e8, 1e-300}) {
+    EXPECT_EQ(fold.fold(0, y), y);
+    EXPECT_EQ(fold.unfold(0, y), y);
+  }
+}
+
+TEST(BoundFold, NeverLeavesTheBox) {
+  Random random(3);
+  for (const auto& [l, u] : {std::pair(-2.0, 3.0), std::pair(0.0, kInf), std::pair(-kInf, -7.0),
+                             std::pair(-1e308, 1e308), std::pair(5.0, 5.0 + 1e-12)}) {
+    const BoundFold fold = foldOf(l, u, 0.3);
+    for (int i = 0; i < 2000; ++i) {
+      const double y = random.normal() * std::pow(10, random.uniform(-15, 300));
+      const double x = fold.fold(0, y);
+      ASSERT_TRUE(l <= x && x <= u) << "fold(" << y << ") = " << x;
+    }
+  }
+}
+
+TEST(BoundFold, UnfoldInvertsFoldUpToTheBoundsThemselves) {
+  for (const auto& [l, u] : {std::pair(-2.0, 3.0), std::pair(-2.0, kInf), std::pair(-kInf, 3.0)}) {
+    const BoundFold fold = foldOf(l, u, 0.3);
+    for (const double x : {-2.0, -1.99, -1.5, 0.0, 2.9, 2.999999, 3.0}) {
+      EXPECT_NEAR(fold.fold(0, fold.unfold(0, x)), x, 1e-15 * 3);
+    }
+  }
+}
+
+TEST(BoundFold, HasNoKinkAnywhere) {
+  const BoundFold fold = foldOf(-2, 3);
+  const double h = 1e-5;
+  for (double y = -9; y < 9; y += 0.01) {
+    const double left = (fold.fold(0, y) - fold.fold(0, y - h)) / h;
+    const double right = (fold.fold(0, y + h) - fold.fold(0, y)) / h;
+    EXPECT_NEAR(left, right, 2e-4) << y;  // the steepest bend is 1/(2a) = 2 per unit
+  }
+}
+
+TEST(BoundFold, MirrorsAtTheOuterEdgeOfTheMargin) {
+  const BoundFold fold = foldOf(0, 10);
+  const double a = BoundFold::kMargin * 10;
+  EXPECT_EQ(fold.fold(0, -a), 0);
+  EXPECT_EQ(fold.fold(0, 10 + a), 10);
+  for (const double t : {0.1, 0.7, 2.0, 5.0}) {
+    EXPECT_NEAR(fold.fold(0, -a - t), fold.fold(0, -a + t), 1e-14);
+    EXPECT_NEAR(fold.fold(0, 10 + a + t), fold.fold(0, 10 + a - t), 1e-14);
+    EXPECT_NEAR(fold.fold(0, t + 2 * (10 + 2 * a)), fold.fold(0, t), 1e-14);  // period
+  }
+}
+
+}  // namespace
+}  // namespace traceur::optim

@@ -1,0 +1,189 @@
+// CMA-ES: a normal distribution that learns where the better half of its samples lies.
+#pragma once
+
+#include <functional>
+
+#include "traceur/core/random.h"
+#include "traceur/optim/bound_fold.h"
+#include "traceur/optim/cma_constants.h"
+#include "traceur/optim/optimizer.h"
+#include "traceur/optim/symmetric_eigen.h"
+
+namespace traceur::optim {
+
+using Eigen::MatrixXd;
+
+/// When CMA-ES has nothing more to gain [Hansen2016, App. B.3]. Names are the literature's, and the
+/// reason a run reports. g counts generations, h those with at least one meaningful cost; the
+/// history window is w = 10 + ⌈30 n/λ⌉ of the latter. A cost of a generation is its best one's.
+struct CmaTermination {
+  /// σ·max(√C_ii, |p_c,i|) below tolx·σ₀ in every coordinate. 0: off.
+  double tolx = 1e-12;
+  /// Costs of the last w generations and all costs of this one within tolfun. 0: off.
+  double tolfun = 1e-11;
+  /// Costs of the last w generations within tolfunhist. 0: off.
+  double tolfunhist = 1e-12;
+  /// Costs of the last w generations are equal.
+  bool equalfunvals = true;
+  /// More than so many generations in a row whose costs are all equal [ours: a plateau, where every
+  /// trial says the same, is crossed with growing steps before it is given up; pycma stops at 1].
+  int tolflatfitness = 10;
+  /// σ·√(largest eigenvalue of C) above tolxup·σ₀: the search runs away. ∞: off.
+  double tolxup = 1e4;
+  /// σ/σ₀ above tolupsigma·√(largest eigenvalue of C): it creeps, σ growing while C shrinks. ∞:
+  /// off.
+  double tolupsigma = 1e20;
+  /// The condition number of C above this. ∞: off.
+  double conditioncov = 1e14;
+  /// A step of 0.1·σ along an axis of the ellipsoid, axis g mod n, does not change the mean.
+  bool noeffectaxis = true;
+  /// A step of 0.2·σ·√C_ii does not change the mean in some coordinate i.
+  bool noeffectcoord = true;
+  /// Over the last max(tolstagnation, min(h/5, 20000)) generations, neither the best nor the median
+  /// cost has a better median in the last 30 % than in the first 30 %. Tested every
+  /// ⌈tolstagnation/20⌉ generations. 0: 100 + ⌊100 n^1.5/λ⌋ as pycma; INT_MAX: off.
+  int tolstagnation = 0;
+  /// Generations in all. 0: 100 + ⌊150 (n+3)²/√λ⌋ as pycma; INT_MAX: off.
+  int maxiter = 0;
+  /// So many generations in a row without a meaningful cost [ours]. INT_MAX: off.
+  int tolallfailed = 20;
+};
+
+struct CmaEsOptions {
+  VectorXd x0;         ///< (n) the first mean, inside the bounds; its size is n
+  double sigma = 0.3;  ///< σ₀ > 0, the first standard deviation, in units of scale
+  VectorXd scale =
+      {};  ///< (n) > 0, the unit of each variable; empty: 1, so that σ₀ is in that of x
+  VectorXd lower = {};     ///< (n); empty: no lower bounds
+  VectorXd upper = {};     ///< (n); empty: no upper bounds
+  int lambda = 0;          ///< λ ≥ 2, trials per generation; 0: 4 + ⌊3 ln n⌋
+  bool active = true;      ///< also learn from the worse half, by negative weights
+  std::uint64_t seed = 1;  ///< equal seeds give equal runs
+  CmaTermination termination = {};
+
+  /// Looks at a point before it becomes a candidate; false: draw another, max_draws times at most,
+  /// the last draw is taken. Costs no trial. Its answer depends on x and the numbers it takes from
+  /// random only, until the generation has been told.
+  std::function<bool(const VectorXd& x, Random& random)> accept = {};
+  int max_draws = 100;
+};
+
+/// Everything CMA-ES remembers from one generation to the next. Vectors are in units of scale
+/// except mean; D, B are of the last decomposition, at most eigen_gap generations old.
+struct CmaState {
+  std::uint64_t generation = 0;  ///< generations told
+  std::uint64_t updates = 0;     ///< of those, the ones that changed the distribution
+  VectorXd mean;                 ///< (n) in the unit of x, before folding into the bounds
+  double sigma = 0;              ///< step size
+  MatrixXd C;                    ///< (n x n) covariance of shape; the lower triangle only
+  MatrixXd B;                    ///< (n x n) its axes, in columns
+  VectorXd D;                    ///< (n) √ of its eigenvalues, in no order
+  VectorXd p_sigma;              ///< (n) path of the step size
+  VectorXd p_c;                  ///< (n) path of the covariance
+  double condition = 1;  ///< of C at the last decomposition; ∞ if rounding made it singular
+  std::uint64_t decomposed = 0;  ///< generation of the last decomposition
+  int flat = 0;                  ///< generations in a row with equal costs only
+  int all_failed = 0;            ///< generations in a row with failed trials only
+  std::optional<Stop> stop;      ///< as of the last told generation
+};
+
+/// Active CMA-ES with cumulative step-size adaptation [Hansen2016]. One generation, with weights w
+/// of the ranked trials 1 … λ:
+///
+///     x_k = m + σ y_k,   y_k = B D z_k,   z_k ~ N(0, I)
+///     m  ← m + σ ⟨y⟩,                                            ⟨y⟩ = Σ w⁺_k y_k
+///     p_σ ← (1-c_σ) p_σ + √(c_σ (2-c_σ) μ_eff) B ⟨z⟩
+///     p_c ← (1-c_c) p_c + h_σ √(c_c (2-c_c) μ_eff) ⟨y⟩
+///     C  ← (1 + c_1 δ - c_1 - c_μ Σw) C + c_1 p_c p_cᵀ + c_μ Σ w°_k y_k y_kᵀ
+///     σ  ← σ exp(min(1, c_σ/d_σ (‖p_σ‖/χ_n - 1)))
+///
+/// with w° = w for w ≥ 0, else w n/‖z_k‖² (so that a far bad trial cannot make C indefinite),
+/// h_σ = 0 while ‖p_σ‖ is large, and δ = (1-h_σ) c_c (2-c_c). If the best and the ⌈0.7 λ⌉-th trial
+/// cost the same, σ grows by a factor exp(0.2 + c_σ/d_σ) more.
+///
+/// Scale. All of the above is in units of options.scale: the first standard deviation of x_i is
+/// σ₀·scale_i.
+///
+/// Bounds. The search itself is unbounded; what it hands out is folded (BoundFold). In a coordinate
+/// with two bounds the standard deviation is kept below a third of their distance, or below where
+/// it began if that is more: wider, folding would leave nothing to tell trials apart.
+///
+/// Failures. Trials rank by better(), ties by id. A failed trial never gets a positive weight, and
+/// half of a negative one: the better half of the trials with a meaningful cost share the positive
+/// weights, as if only these had been tried. If there are none, only the generation counter moves.
+///
+/// Life: ask and tell as in Optimizer. stopped() is advice; after it, ask and tell still work.
+class CmaEs : public Optimizer {
+ public:
+  /// @throws InputError for sizes that differ, NaN, reversed bounds, x0 outside them, σ₀ or scale
+  ///         not positive, λ = 1 or negative, tolerances that are NaN or negative
+  explicit CmaEs(CmaEsOptions options);
+
+  std::vector<Candidate> ask() override;
+  void tell(std::uint64_t id, const Evaluation& evaluation) override;
+  std::optional<Stop> stopped() const override { return state_.stop; }
+  std::string save() const override;
+  void restore(std::string_view state) override;
+
+  const CmaEsOptions& options() const { return options_; }  ///< defaults of 0 filled in
+  const CmaConstants& constants() const { return constants_; }
+  const CmaState& state() const { return state_; }
+
+  /// (n) the mean folded into the bounds. Of a noisy cost it is a better answer than the best
+  /// trial.
+  VectorXd mean() const;
+  /// (n x n) of x as it is searched, before folding: σ² S C S with S = diag(scale).
+  MatrixXd covariance() const;
+
+ private:
+  /// What is kept of an evaluation. Told ones order as better() does, by members.
+  struct Told {
+    int rank_class = 0;  // 0 feasible, 1 infeasible, 2 failed
+    double cost = 0;     // 0 if failed
+    bool operator<(const Told& other) const {
+      return rank_class == other.rank_class ? cost < other.cost : rank_class < other.rank_class;
+    }
+    bool operator==(const Told& other) const {
+      return rank_class == other.rank_class && cost == other.cost;
+    }
+  };
+  /// The told costs of generations with a meaningful one, the latest last.
+  struct History {
+    std::uint64_t count = 0;   // ever added
+    std::vector<Told> best;    // at least the longest window, if so many were added
+    std::vector<Told> median;  // same size
+  };
+
+  int dimension() const { return static_cast<int>(options_.x0.size()); }
+  std::uint64_t fingerprint() const;
+  void drawSamples();
+  void update();
+  void adapt(int meaningful);
+  bool limitToBox();
+  void decompose();
+  void remember(int meaningful);
+  size_t stagnationWindow() const;
+  size_t historyNeeded() const;
+  std::optional<Stop> findStop(int meaningful) const;
+  std::optional<Stop> findHistoryStop(int meaningful) const;
+
+  CmaEsOptions options_;
+  CmaConstants constants_;
+  BoundFold bounds_;
+  int history_window_ = 0;  // w
+
+  CmaState state_;
+  History history_;
+  std::vector<std::optional<Told>> told_;  // (λ) of the current generation
+  int told_count_ = 0;
+
+  // Scratch: all of it follows from the state.
+  bool drawn_ = false;
+  MatrixXd Z_, Y_, X_;      // (n x λ)
+  std::vector<int> order_;  // (λ) best first
+  VectorXd y_mean_, z_mean_, step_;
+  VectorXd coefficients_;  // (λ)
+  SymmetricEigen eigen_;
+};
+
+}  // namespace traceur::optim

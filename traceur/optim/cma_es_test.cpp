@@ -1,0 +1,550 @@
+#include "traceur/optim/cma_es.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <climits>
+#include <cmath>
+#include <numeric>
+
+#include "traceur/core/error.h"
+#include "traceur/optim/minimise.h"
+#include "traceur/optim/test_functions.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// A textbook CMA-ES without a thought for speed: full matrices, C^(-1/2) formed anew, no shared
+/// code but the constants. It learns from the points another one drew.
+struct Textbook {
+  int n;
+  CmaConstants c;
+  VectorXd m, p_sigma, p_c;
+  MatrixXd C;
+  double sigma;
+  int updates = 0;
+  int stalled = 0;  // generations with h_σ = 0
+
+  Textbook(const VectorXd& x0, double sigma0, bool active, int lambda = 0)
+      : n(static_cast<int>(x0.size())),
+        c(cmaConstants(n, lambda, active)),
+        m(x0),
+        p_sigma(VectorXd::Zero(n)),
+        p_c(VectorXd::Zero(n)),
+        C(MatrixXd::Identity(n, n)),
+        sigma(sigma0) {}
+
+  void learn(const std::vector<VectorXd>& x, const std::vector<Evaluation>& e) {
+    std::vector<int> rank(x.size());
+    std::iota(rank.begin(), rank.end(), 0);
+    std::stable_sort(rank.begin(), rank.end(), [&](int a, int b) { return better(e[a], e[b]); });
+    const auto good = std::count_if(e.begin(), e.end(), [](auto& v) { return v.meaningful(); });
+    if (good == 0) return;
+
+    SymmetricEigen eigen(n);
+    eigen.compute(C);
+    const MatrixXd root = eigen.vectors() * eigen.values().cwiseSqrt().cwiseInverse().asDiagonal() *
+                          eigen.vectors().transpose();
+    VectorXd w = c.weights;
+    const int mu = std::max<int>(1, std::min<int>(c.mu, static_cast<int>(good / 2)));
+    for (int i = mu; i < c.mu; ++i) w[i] = 0;
+    w.head(mu) /= w.head(mu).sum();
+    for (int i = static_cast<int>(good); i < c.lambda; ++i) w[i] *= 0.5;
+    const double mu_eff = 1 / w.head(mu).squaredNorm();
+
+    VectorXd y_w = VectorXd::Zero(n);
+    MatrixXd rank_mu = MatrixXd::Zero(n, n);
+    for (int i = 0; i < c.lambda; ++i) {
+      const VectorXd y = (x[rank[i]] - m) / sigma;
+      if (i < mu) y_w += w[i] * y;
+      const double w_i = w[i] >= 0 ? w[i] : w[i] * n / (root * y).squaredNorm();
+      rank_mu += w_i * y * y.transpose();
+    }
+    ++updates;
+    m += sigma * y_w;
+    p_sigma =
+        (1 - c.c_sigma) * p_sigma + std::sqrt(c.c_sigma * (2 - c.c_sigma) * mu_eff) * (root * y_w);
+    const bool h = p_sigma.norm() / std::sqrt(1 - std::pow(1 - c.c_sigma, 2 * updates)) <
+                   (1.4 + 2.0 / (n + 1)) * c.chi_n;
+    stalled += !h;
+    p_c = (1 - c.c_c) * p_c + (h ? std::sqrt(c.c_c * (2 - c.c_c) * mu_eff) : 0) * y_w;
+    C = (1 + (h ? 0 : c.c_1 * c.c_c * (2 - c.c_c)) - c.c_1 - c.c_mu * w.sum()) * C +
+        c.c_1 * p_c * p_c.transpose() + c.c_mu * rank_mu;
+    sigma *= std::exp(std::min(1.0, c.c_sigma / c.d_sigma * (p_sigma.norm() / c.chi_n - 1)));
+  }
+};
+
+/// Asks, evaluates and tells one generation.
+void step(CmaEs& cma, const std::function<Evaluation(const VectorXd&)>& evaluate) {
+  for (const Candidate& c : cma.ask()) cma.tell(c.id, evaluate(c.x));
+}
+
+Evaluation rotatedValley(const VectorXd& x) {
+  double valley = 0;
+  for (int i = 0; i + 1 < x.size(); ++i) valley += std::pow(x[i] - 2 * x[i + 1], 2);
+  return {.cost = 1000 * valley + x.squaredNorm() + x[0]};
+}
+
+TEST(CmaEs, UpdatesAsTheTextbookDoes) {
+  struct Case {
+    const char* what;
+    int n, lambda;
+    double sigma;
+    bool active;
+    std::function<Evaluation(const VectorXd&)> f;
+  };
+  const std::vector<Case> cases = {
+      {"active", 6, 0, 0.5, true, rotatedValley},
+      {"passive", 6, 0, 0.5, false, rotatedValley},
+      {"one variable", 1, 0, 0.5, true, [](auto& x) { return Evaluation{.cost = x[0] * x[0]}; }},
+      {"odd population", 4, 9, 0.5, true, rotatedValley},
+      {"large population", 3, 60, 0.5, true, rotatedValley},
+      {"small step, so that h_sigma stalls", 6, 0, 1e-3, true, rotatedValley},
+      {"constraint", 5, 0, 0.5, true,
+       [](auto& x) {
+         return Evaluation{.cost = sphere(x), .violated = {x[0] < 0.5, false}};
+       }},
+      {"failures", 5, 0, 0.5, true,
+       [](auto& x) { return Evaluation{.cost = sphere(x), .failed = std::sin(1e4 * x[0]) > 0.2}; }},
+  };
+  for (const Case& k : cases) {
+    SCOPED_TRACE(k.what);
+    const VectorXd x0 = VectorXd::LinSpaced(k.n, 1, 2);
+    CmaEs cma({.x0 = x0, .sigma = k.sigma, .lambda = k.lambda, .active = k.active, .seed = 11});
+    Textbook book(x0, k.sigma, k.active, k.lambda);
+    for (int g = 0; g < 40; ++g) {
+      std::vector<VectorXd> x;
+      std::vector<Evaluation> e;
+      for (const Candidate& c : cma.ask()) {
+        x.push_back(c.x);
+        e.push_back(k.f(c.x));
+        cma.tell(c.id, e.back());
+      }
+      book.learn(x, e);
+      const CmaState& s = cma.state();
+      const MatrixXd C = s.C.selfadjointView<Eigen::Lower>();
+      ASSERT_LE((s.mean - book.m).norm(), 1e-8 * (1 + book.m.norm())) << g;
+      ASSERT_NEAR(s.sigma, book.sigma, 1e-8 * book.sigma) << g;
+      ASSERT_LE((C - book.C).norm(), 1e-7 * book.C.norm()) << g;
+      ASSERT_LE((s.p_c - book.p_c).norm(), 1e-6) << g;
+      ASSERT_LE((s.p_sigma - book.p_sigma).norm(), 1e-6) << g;
+    }
+    if (k.sigma < 0.01) {
+      EXPECT_GT(book.stalled, 3);
+    }
+  }
+}
+
+TEST(CmaEs, DecomposesLazilyWithoutHarm) {
+  // At n = 100 every second generation: D, B then lag one generation behind C.
+  CmaEs cma({.x0 = VectorXd::Ones(100), .sigma = 0.5});
+  for (int g = 1; g <= 6; ++g) {
+    step(cma, [](auto& x) { return Evaluation{.cost = ellipsoid(x)}; });
+    const CmaState& s = cma.state();
+    EXPECT_EQ(s.decomposed, static_cast<std::uint64_t>(g / 2 * 2));
+    const MatrixXd C = s.C.selfadjointView<Eigen::Lower>();
+    const double gap = (s.B * s.D.cwiseAbs2().asDiagonal() * s.B.transpose() - C).norm();
+    if (g % 2 == 0) {
+      EXPECT_LT(gap, 1e-12);
+    }
+    if (g % 2 == 1) {
+      EXPECT_GT(gap, 1e-6);
+    }
+  }
+}
+
+TEST(CmaEs, DrawsFromTheDistributionItReports) {
+  // 4000 points of one generation against mean and covariance in the units of x.
+  const int lambda = 4000;
+  VectorXd scale(3);
+  scale << 1, 100, 0.01;
+  CmaEs cma({.x0 = VectorXd::LinSpaced(3, -1, 1), .sigma = 0.5, .scale = scale, .lambda = lambda});
+  for (int g = 0; g < 4; ++g) {
+    step(cma, [](auto& x) { return Evaluation{.cost = x[0] + x[1] / 100 + std::sin(x[2])}; });
+  }
+  const MatrixXd expected = cma.covariance();
+  MatrixXd found = MatrixXd::Zero(3, 3);
+  VectorXd mean = VectorXd::Zero(3);
+  for (const Candidate& c : cma.ask()) {
+    mean += c.x / lambda;
+    found += (c.x - cma.mean()) * (c.x - cma.mean()).transpose() / lambda;
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(mean[i], cma.mean()[i], 4 * std::sqrt(expected(i, i) / lambda));
+    for (int j = 0; j < 3; ++j) {
+      const double size = std::sqrt(expected(i, i) * expected(j, j));
+      EXPECT_NEAR(found(i, j), expected(i, j), 0.1 * size);
+    }
+  }
+  EXPECT_GT(std::abs(expected(0, 1)), 0.05 * std::sqrt(expected(0, 0) * expected(1, 1)));
+}
+
+TEST(CmaEs, SolvesTheSameProblemInAnyUnits) {
+  // Scale 2^k multiplies without rounding: equal bits up to that factor.
+  VectorXd scale(4);
+  scale << 1, 1024, 0.125, 4;
+  CmaEs plain({.x0 = VectorXd::Ones(4), .sigma = 0.5});
+  CmaEs scaled({.x0 = scale, .sigma = 0.5, .scale = scale});
+  for (int g = 0; g < 50; ++g) {
+    step(plain, [](auto& x) { return Evaluation{.cost = rosenbrock(x)}; });
+    step(scaled, [&](auto& x) { return Evaluation{.cost = rosenbrock(x.cwiseQuotient(scale))}; });
+    ASSERT_EQ(scaled.state().mean, plain.state().mean.cwiseProduct(scale)) << g;
+    ASSERT_EQ(scaled.state().sigma, plain.state().sigma) << g;
+  }
+}
+
+TEST(CmaEs, IgnoresMonotonicTransformationsOfTheCost) {
+  CmaEs plain({.x0 = VectorXd::Ones(4), .sigma = 0.5});
+  CmaEs cubed({.x0 = VectorXd::Ones(4), .sigma = 0.5});
+  for (int g = 0; g < 40; ++g) {
+    step(plain, [](auto& x) { return Evaluation{.cost = sphere(x)}; });
+    step(cubed, [](auto& x) { return Evaluation{.cost = std::pow(sphere(x), 3) - 7}; });
+    ASSERT_EQ(cubed.state().mean, plain.state().mean);
+  }
+}
+
+TEST(CmaEs, CapsTheGrowthOfTheStepAtE) {
+  // Only points far out in one direction are let through, so that p_σ is longer than chance allows.
+  CmaEs cma({.x0 = VectorXd::Zero(2),
+             .sigma = 1,
+             .seed = 2,
+             .accept = [](const VectorXd& x, Random&) { return x[0] > 4; },
+             .max_draws = INT_MAX});
+  const double before = cma.state().sigma;
+  step(cma, [](auto& x) { return Evaluation{.cost = x[1]}; });
+  EXPECT_GT(cma.constants().c_sigma / cma.constants().d_sigma *
+                (cma.state().p_sigma.norm() / cma.constants().chi_n - 1),
+            1);
+  EXPECT_DOUBLE_EQ(cma.state().sigma / before, std::exp(1));
+}
+
+TEST(CmaEs, GrowsItsStepOnAPlateau) {
+  CmaEs cma({.x0 = VectorXd::Zero(5), .sigma = 0.1});
+  Textbook book(VectorXd::Zero(5), 0.1, true);
+  std::vector<VectorXd> x;
+  for (const Candidate& c : cma.ask()) x.push_back(c.x);
+  book.learn(x, std::vector<Evaluation>(x.size(), {.cost = 3}));
+  step(cma, [](auto&) { return Evaluation{.cost = 3}; });
+  const CmaConstants& c = cma.constants();
+  EXPECT_NEAR(cma.state().sigma, book.sigma * std::exp(0.2 + c.c_sigma / c.d_sigma), 1e-12);
+
+  // Started on a plateau six steps wide, it finds the slope beyond.
+  const FunctionProblem problem(5, [](const VectorXd& v) { return std::min(sphere(v), 300.0); });
+  int crossed = 0;
+  for (std::uint64_t seed = 1; seed <= 11; ++seed) {
+    CmaEs lost({.x0 = VectorXd::Constant(5, 8), .sigma = 0.1, .seed = seed});
+    crossed += minimise(problem, lost, {.target = 1e-10}).end == End::kTarget;
+  }
+  EXPECT_GE(crossed, 9);
+}
+
+TEST(CmaEs, HandsOutPointsInsideTheBoundsOnly) {
+  VectorXd lower(4), upper(4);
+  lower << -1, 0, -kInf, -3;
+  upper << 1, kInf, 2, -2.5;
+  for (const double sigma : {0.01, 0.5, 100.0}) {
+    CmaEs cma(
+        {.x0 = Eigen::Vector4d(-1, 0, 2, -2.7), .sigma = sigma, .lower = lower, .upper = upper});
+    for (int g = 0; g < 100; ++g) {
+      step(cma, [&](auto& x) {
+        EXPECT_TRUE((x.array() >= lower.array()).all() && (x.array() <= upper.array()).all());
+        return Evaluation{.cost = (x - Eigen::Vector4d(3, 3, 3, 3)).squaredNorm()};
+      });
+    }
+    EXPECT_TRUE((cma.mean().array() >= lower.array()).all());
+    EXPECT_TRUE((cma.mean().array() <= upper.array()).all());
+  }
+}
+
+TEST(CmaEs, FindsMinimaOnBoundsAndInCorners) {
+  // A slope toward three bounds, a bowl in the other two variables: linear convergence is asked
+  // for.
+  const FunctionProblem corner(
+      VectorXd::Constant(5, -1), VectorXd::Constant(5, 2),
+      [](const VectorXd& x) { return (x.head(3).array() + 1).sum() + x.tail(2).squaredNorm(); });
+  for (std::uint64_t seed = 1; seed <= 11; ++seed) {
+    CmaEs cma({.x0 = VectorXd::Constant(5, 0.7),
+               .sigma = 0.5,
+               .lower = corner.lower(),
+               .upper = corner.upper(),
+               .seed = seed});
+    const Summary s = minimise(corner, cma, {.budget = 2000, .target = 1e-10});
+    EXPECT_EQ(s.end, End::kTarget) << s.stop.reason;
+  }
+  // A smooth minimum outside pulls against the bound.
+  const FunctionProblem outside(VectorXd::Constant(5, 1), VectorXd::Constant(5, 2), sphere);
+  CmaEs cma({.x0 = VectorXd::Constant(5, 1.9),
+             .sigma = 0.2,
+             .lower = outside.lower(),
+             .upper = outside.upper()});
+  EXPECT_EQ(minimise(outside, cma, {.budget = 2000, .target = 5 + 1e-9}).end, End::kTarget);
+}
+
+TEST(CmaEs, WideBoundsChangeNothing) {
+  CmaEs free({.x0 = VectorXd::Ones(4), .sigma = 0.5});
+  CmaEs bounded({.x0 = VectorXd::Ones(4),
+                 .sigma = 0.5,
+                 .lower = VectorXd::Constant(4, -1e6),
+                 .upper = VectorXd::Constant(4, 1e6)});
+  for (int g = 0; g < 60; ++g) {
+    for (CmaEs* cma : {&free, &bounded}) {
+      step(*cma, [](auto& x) { return Evaluation{.cost = rosenbrock(x)}; });
+    }
+    ASSERT_EQ(free.state().mean, bounded.state().mean);
+  }
+}
+
+TEST(CmaEs, DoesNotOutgrowItsBox) {
+  // The last variable does nothing; unbounded growth there would cost the others their steps.
+  const VectorXd lower = VectorXd::Zero(3);
+  const VectorXd upper = VectorXd::Constant(3, 3);
+  CmaEs cma({.x0 = VectorXd::Ones(3),
+             .sigma = 0.3,
+             .lower = lower,
+             .upper = upper,
+             .termination = {.tolflatfitness = INT_MAX}});
+  for (int g = 0; g < 200; ++g) {
+    step(cma, [](auto&) { return Evaluation{.cost = 1}; });  // flat: σ would explode
+    ASSERT_LE(std::sqrt(cma.covariance().diagonal().maxCoeff()), 1 + 1e-12);
+    ASSERT_TRUE(cma.state().C.allFinite() && cma.state().B.allFinite());
+  }
+}
+
+TEST(CmaEs, TwentyPercentRandomFailuresCostLittle) {
+  // Which trials fail is pure chance but a function of x, so that runs repeat.
+  const auto unlucky = [](const VectorXd& x) {
+    std::uint64_t bits = 0;
+    for (const double v : x) bits = bits * 31 + std::bit_cast<std::uint64_t>(v);
+    return Random(bits).uniform() < 0.2;
+  };
+  class Unlucky : public FunctionProblem {
+   public:
+    explicit Unlucky(std::function<bool(const VectorXd&)> unlucky)
+        : FunctionProblem(5, sphere), unlucky_(std::move(unlucky)) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      return unlucky_(x) ? Evaluation{.cost = NAN} : FunctionProblem::evaluate(x);
+    }
+
+   private:
+    std::function<bool(const VectorXd&)> unlucky_;
+  };
+  const Unlucky failing(unlucky);
+  const FunctionProblem clean(5, sphere);
+  std::vector<int> with, without;
+  for (std::uint64_t seed = 1; seed <= 11; ++seed) {
+    Random random(seed, 77);
+    VectorXd x0(5);
+    for (double& v : x0) v = random.uniform(-2, 2);
+    CmaEs a({.x0 = x0, .sigma = 0.5, .seed = seed});
+    CmaEs b({.x0 = x0, .sigma = 0.5, .seed = seed});
+    const Summary f = minimise(failing, a, {.target = 1e-10});
+    const Summary c = minimise(clean, b, {.target = 1e-10});
+    EXPECT_EQ(f.end, End::kTarget);
+    EXPECT_GT(f.progress.failed, 0.1 * f.progress.evaluations);
+    with.push_back(f.progress.evaluations);
+    without.push_back(c.progress.evaluations);
+  }
+  std::nth_element(with.begin(), with.begin() + 5, with.end());
+  std::nth_element(without.begin(), without.begin() + 5, without.end());
+  EXPECT_LE(with[5], 1.4 * without[5]) << with[5] << " against " << without[5];
+}
+
+TEST(CmaEs, OneSuccessAmongFailuresIsEnoughToMove) {
+  CmaEs cma({.x0 = VectorXd::Zero(5), .sigma = 0.5});
+  const std::vector<Candidate> candidates = cma.ask();
+  for (size_t k = 0; k < candidates.size(); ++k) {
+    cma.tell(candidates[k].id, k == 4 ? Evaluation{.cost = 1} : Evaluation{.failed = true});
+  }
+  EXPECT_LE((cma.state().mean - candidates[4].x).norm(), 1e-15);
+  EXPECT_TRUE(cma.state().C.allFinite());
+}
+
+TEST(CmaEs, AGenerationOfFailuresChangesNothingButTheCounter) {
+  CmaEs cma({.x0 = VectorXd::Ones(5), .sigma = 0.5});
+  for (int g = 0; g < 5; ++g) step(cma, [](auto& x) { return Evaluation{.cost = sphere(x)}; });
+  const CmaState before = cma.state();
+  const std::vector<Candidate> tried = cma.ask();
+  step(cma, [](auto&) { return Evaluation{.cost = NAN}; });
+  EXPECT_EQ(cma.state().mean, before.mean);
+  EXPECT_EQ(cma.state().sigma, before.sigma);
+  EXPECT_EQ(cma.state().C, before.C);
+  EXPECT_EQ(cma.state().p_sigma, before.p_sigma);
+  EXPECT_EQ(cma.state().generation, before.generation + 1);
+  EXPECT_NE(cma.ask()[0].x, tried[0].x);  // other points next time
+  // And the search goes on as if the generation had not been.
+  const FunctionProblem problem(5, sphere);
+  EXPECT_EQ(minimise(problem, cma, {.target = 1e-10}).end, End::kTarget);
+}
+
+TEST(CmaEs, SurvivesCostsOfEverySizeAndSign) {
+  for (const auto& f : std::vector<std::function<double(const VectorXd&)>>{
+           [](auto& x) { return 1e300 * sphere(x); }, [](auto& x) { return -1e300 + sphere(x); },
+           [](auto& x) { return 1e-300 * sphere(x); },
+           [](auto& x) { return x[0] > 0 ? -kInf : x[1]; },
+           [](auto& x) { return x[0] > 0 ? kInf : -x[0]; },
+           [](auto& x) { return -std::exp(100 * x[0]); }}) {
+    CmaEs cma({.x0 = VectorXd::Constant(3, -0.1), .sigma = 0.5});
+    for (int g = 0; g < 300; ++g) {
+      step(cma, [&](auto& x) { return Evaluation{.cost = f(x)}; });
+      const CmaState& s = cma.state();
+      ASSERT_TRUE(s.mean.allFinite() && s.C.allFinite() && s.B.allFinite() && s.D.allFinite() &&
+                  s.p_c.allFinite() && s.p_sigma.allFinite() && std::isfinite(s.sigma))
+          << g;
+      ASSERT_GT(s.D.minCoeff(), 0);
+      if (cma.stopped()) {
+        ASSERT_FALSE(std::isnan(cma.stopped()->value));
+      }
+    }
+  }
+}
+
+TEST(CmaEs, AskRepeatsItselfAndLeavesOutWhatWasTold) {
+  CmaEs cma({.x0 = VectorXd::Ones(5), .sigma = 0.5});
+  const std::vector<Candidate> all = cma.ask();
+  ASSERT_EQ(all.size(), 8);
+  cma.tell(all[3].id, {.cost = 1});
+  const std::vector<Candidate> left = cma.ask();
+  ASSERT_EQ(left.size(), 7);
+  for (const Candidate& c : left) {
+    EXPECT_NE(c.id, all[3].id);
+    EXPECT_EQ(c.x, all[c.id - all[0].id].x);
+  }
+}
+
+TEST(CmaEs, TiesGoToTheSmallerId) {
+  // All equal: the result is as if the costs had risen with the ids, but for the plateau's growth.
+  CmaEs tied({.x0 = VectorXd::Ones(5), .sigma = 0.5});
+  CmaEs rising({.x0 = VectorXd::Ones(5), .sigma = 0.5});
+  const std::vector<Candidate> all = tied.ask();
+  for (size_t k = all.size(); k-- > 0;) tied.tell(all[k].id, {.cost = 2});
+  for (const Candidate& c : all) rising.tell(c.id, {.cost = static_cast<double>(c.id)});
+  EXPECT_EQ(tied.state().mean, rising.state().mean);
+  EXPECT_EQ(tied.state().C, rising.state().C);
+}
+
+TEST(CmaEs, AcceptDecidesWhatIsTried) {
+  const auto right = [](const VectorXd& x, Random&) { return x[0] > 0; };
+  CmaEs all({.x0 = VectorXd::Zero(3), .sigma = 1, .accept = [](auto&, Random&) { return true; }});
+  CmaEs plain({.x0 = VectorXd::Zero(3), .sigma = 1});
+  CmaEs half({.x0 = VectorXd::Zero(3), .sigma = 1, .accept = right});
+  CmaEs none({.x0 = VectorXd::Zero(3),
+              .sigma = 1,
+              .accept = [](auto&, Random&) { return false; },
+              .max_draws = 3});
+  const auto x = [](CmaEs& cma) {
+    std::vector<VectorXd> points;
+    for (const Candidate& c : cma.ask()) points.push_back(c.x);
+    return points;
+  };
+  EXPECT_EQ(x(all), x(plain));
+  int kept = 0;
+  for (size_t k = 0; k < x(half).size(); ++k) {
+    EXPECT_GT(x(half)[k][0], 0);
+    const bool first_draw = x(plain)[k][0] > 0;
+    EXPECT_EQ(x(half)[k] == x(plain)[k], first_draw);
+    kept += first_draw;
+  }
+  EXPECT_GT(kept, 0);
+  EXPECT_LT(kept, 7);
+  EXPECT_EQ(x(none).size(), 7);  // the last draw is taken
+  // What is learned is what was drawn: the accepted points pull the mean to the right.
+  step(half, [](auto&) { return Evaluation{.cost = 0}; });
+  EXPECT_GT(half.mean()[0], 0);
+}
+
+TEST(CmaEs, RefusesWrongOptionsWithOneClearMessage) {
+  const auto message = [](CmaEsOptions options) -> std::string {
+    try {
+      const CmaEs cma(std::move(options));
+      return "nothing";
+    } catch (const InputError& e) {
+      return e.what();
+    }
+  };
+  const VectorXd x0 = VectorXd::Zero(3);
+  EXPECT_EQ(message({}), "cma-es: expected x0 of at least one variable, got none");
+  EXPECT_EQ(message({.x0 = Eigen::Vector2d(0, NAN)}), "cma-es: x0[1] is nan");
+  EXPECT_EQ(message({.x0 = x0, .sigma = 0}), "cma-es: expected a finite sigma > 0, got 0");
+  EXPECT_EQ(message({.x0 = x0, .sigma = -1}), "cma-es: expected a finite sigma > 0, got -1");
+  EXPECT_EQ(message({.x0 = x0, .sigma = NAN}), "cma-es: expected a finite sigma > 0, got nan");
+  EXPECT_EQ(message({.x0 = x0, .scale = VectorXd::Ones(2)}),
+            "cma-es: expected scale(3) as x0, got scale(2)");
+  EXPECT_EQ(message({.x0 = x0, .scale = Eigen::Vector3d(1, 0, 1)}),
+            "cma-es: expected a finite scale[1] > 0, got 0");
+  EXPECT_EQ(message({.x0 = x0, .lower = VectorXd::Zero(2)}),
+            "cma-es: expected bounds lower(3), upper(3), got lower(2), upper(3)");
+  EXPECT_EQ(message({.x0 = x0, .lower = VectorXd::Constant(3, NAN)}),
+            "cma-es: expected lower[0] < upper[0], got nan and inf");
+  EXPECT_EQ(message({.x0 = x0, .lower = VectorXd::Ones(3), .upper = VectorXd::Zero(3)}),
+            "cma-es: expected lower[0] < upper[0], got 1 and 0");
+  EXPECT_EQ(message({.x0 = x0, .lower = VectorXd::Ones(3)}),
+            "cma-es: x0[0] = 0 is outside [1, inf]");
+  EXPECT_EQ(message({.x0 = x0, .lambda = 1}),
+            "cma-es: expected lambda in [2, 1000000], or 0 for the default, got 1");
+  EXPECT_EQ(message({.x0 = x0, .lambda = -4}),
+            "cma-es: expected lambda in [2, 1000000], or 0 for the default, got -4");
+  EXPECT_EQ(message({.x0 = x0, .max_draws = 0}), "cma-es: expected max_draws ≥ 1, got 0");
+  EXPECT_EQ(message({.x0 = x0, .termination = {.tolx = NAN}}),
+            "cma-es: expected tolx ≥ 0, got nan");
+  EXPECT_EQ(message({.x0 = x0, .termination = {.maxiter = -2}}),
+            "cma-es: expected maxiter ≥ 0, got -2");
+  EXPECT_EQ(message({.x0 = x0}), "nothing");
+}
+
+TEST(CmaEs, RestoreRefusesWhatIsNotItsStateAndChangesNothing) {
+  const CmaEsOptions options{.x0 = VectorXd::Ones(5), .sigma = 0.5};
+  CmaEs cma(options);
+  for (int g = 0; g < 7; ++g) step(cma, [](auto& x) { return Evaluation{.cost = sphere(x)}; });
+  const std::string own = cma.save();
+
+  CmaEs wider({.x0 = VectorXd::Ones(6), .sigma = 0.5});
+  CmaEs larger({.x0 = VectorXd::Ones(5), .sigma = 0.5, .lambda = 20});
+  CmaEs seeded({.x0 = VectorXd::Ones(5), .sigma = 0.5, .seed = 2});
+  CmaEs stopping({.x0 = VectorXd::Ones(5), .sigma = 0.5, .termination = {.tolx = 1e-3}});
+  CmaEs choosy(
+      {.x0 = VectorXd::Ones(5), .sigma = 0.5, .accept = [](auto&, Random&) { return true; }});
+  std::vector<std::string> foreign = {"", "hello", own.substr(0, own.size() / 2), own + "x",
+                                      own.substr(1)};
+  for (CmaEs* other : {&wider, &larger, &seeded, &stopping, &choosy}) {
+    foreign.push_back(other->save());
+  }
+  for (size_t i = 0; i < own.size(); i += 37) {
+    foreign.push_back(own);
+    foreign.back()[i] ^= 1;
+  }
+  for (const std::string& text : foreign) {
+    EXPECT_THROW(cma.restore(text), InputError);
+    EXPECT_EQ(cma.save(), own);
+  }
+  try {
+    cma.restore(wider.save());
+  } catch (const InputError& e) {
+    EXPECT_STREQ(e.what(),
+                 "cma-es: cannot restore a state of n = 6, lambda = 9; expected n = 5, "
+                 "lambda = 8");
+  }
+  CmaEs twin(options);
+  EXPECT_NO_THROW(twin.restore(own));
+  EXPECT_EQ(twin.save(), own);
+}
+
+TEST(CmaEs, AStateStaysSmall) {
+  // Histories are cut to what the stop tests still need, however long the run.
+  CmaEs cma(
+      {.x0 = VectorXd::Ones(2),
+       .termination = {.tolfun = 0, .tolfunhist = 0, .tolstagnation = 50, .maxiter = INT_MAX}});
+  Random random(1);
+  size_t early = 0;
+  for (int g = 0; g < 3000; ++g) {
+    step(cma, [&](auto&) { return Evaluation{.cost = random.uniform()}; });
+    if (g == 200) early = cma.save().size();
+  }
+  EXPECT_LT(early, 4000);
+  EXPECT_LE(cma.save().size(), early + size_t{3000 / 5 - 50} * 32);  // stagnation looks at a fifth
+}
+
+}  // namespace
+}  // namespace traceur::optim

@@ -1,0 +1,122 @@
+#include "traceur/optim/minimise.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+
+#include "traceur/core/error.h"
+#include "traceur/core/thread_pool.h"
+
+namespace traceur::optim {
+namespace {
+
+/// More threads than any machine has: a slip of the keyboard, not a wish.
+constexpr int kMaxThreads = 4096;
+
+void check(const MinimiseOptions& options) {
+  if (options.budget < 1) {
+    throw InputError(fmt::format("minimise: expected budget ≥ 1, got {}", options.budget));
+  }
+  if (options.threads < 0 || options.threads > kMaxThreads) {
+    throw InputError(
+        fmt::format("minimise: expected threads in [0, {}], got {}", kMaxThreads, options.threads));
+  }
+  if (std::isnan(options.target)) throw InputError("minimise: target is NaN");
+}
+
+void check(const Candidate& candidate, const VectorXd& lower, const VectorXd& upper) {
+  if (candidate.x.size() != lower.size()) {
+    throw InputError(fmt::format("minimise: the problem has {} variables, the optimiser {}",
+                                 lower.size(), candidate.x.size()));
+  }
+  for (int i = 0; i < candidate.x.size(); ++i) {
+    if (!(lower[i] <= candidate.x[i] && candidate.x[i] <= upper[i])) {
+      throw InputError(fmt::format(
+          "minimise: candidate {} has x[{}] = {}, outside the problem's bounds [{}, {}]; the "
+          "optimiser was built with others",
+          candidate.id, i, candidate.x[i], lower[i], upper[i]));
+    }
+  }
+}
+
+void check(const Evaluation& evaluation, size_t constraints) {
+  const size_t got = evaluation.violated.size();
+  if (got != 0 && got != constraints) {
+    throw InputError(fmt::format("minimise: the problem has {} constraints, a trial reports {}",
+                                 constraints, got));
+  }
+}
+
+/// Why to end before another generation, if at all.
+std::optional<std::pair<End, Stop>> ending(const Progress& progress, const Optimizer& optimizer,
+                                           const MinimiseOptions& options) {
+  const double used = progress.evaluations;
+  const double budget = options.budget;
+  if (progress.best && progress.best->evaluation.feasible() &&
+      progress.best->evaluation.cost <= options.target) {
+    return {{End::kTarget, {"target", progress.best->evaluation.cost, options.target}}};
+  }
+  if (options.stop.stop_requested()) {
+    return {{End::kInterrupted, {"interrupted", used, budget}}};
+  }
+  if (std::optional<Stop> stop = optimizer.stopped()) return {{End::kOptimizer, std::move(*stop)}};
+  if (progress.evaluations >= options.budget) return {{End::kBudget, {"budget", used, budget}}};
+  return std::nullopt;
+}
+
+}  // namespace
+
+Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOptions& options,
+                 const Progress& start) {
+  check(options);
+  const VectorXd lower = problem.lower();
+  const VectorXd upper = problem.upper();
+  checkBounds("minimise", lower, upper, static_cast<int>(lower.size()));
+  const size_t constraints = problem.constraints().size();
+
+  ThreadPool pool(options.threads);
+  Progress progress = start;
+  std::vector<Trial> trials;
+  while (true) {
+    if (auto end = ending(progress, optimizer, options)) {
+      return {std::move(progress), end->first, std::move(end->second)};
+    }
+    const std::vector<Candidate> candidates = optimizer.ask();
+    if (candidates.empty()) {
+      return {std::move(progress), End::kOptimizer, {"no candidates", 0, 1}};
+    }
+    for (const Candidate& c : candidates) check(c, lower, upper);
+
+    trials.resize(candidates.size());
+    std::atomic<int> run = 0;
+    pool.forEach(static_cast<int>(candidates.size()), [&](int i) {
+      if (options.stop.stop_requested()) return;
+      Trial& trial = trials[i];
+      trial.x = candidates[i].x;
+      trial.evaluation = problem.evaluate(trial.x);
+      check(trial.evaluation, constraints);
+      if (!trial.evaluation.meaningful()) {
+        trial.evaluation.failed = true;
+        trial.evaluation.cost = std::numeric_limits<double>::infinity();
+      }
+      ++run;
+    });
+    if (run < static_cast<int>(candidates.size())) continue;  // asked to end: drop what is there
+
+    for (size_t i = 0; i < trials.size(); ++i) {
+      const Trial& trial = trials[i];
+      if (trial.evaluation.failed) {
+        ++progress.failed;
+      } else if (!progress.best || better(trial.evaluation, progress.best->evaluation)) {
+        progress.best = trial;
+      }
+      optimizer.tell(candidates[i].id, trial.evaluation);
+    }
+    progress.evaluations += static_cast<int>(trials.size());
+    ++progress.generation;
+    if (options.on_generation) options.on_generation({progress, trials, optimizer});
+  }
+}
+
+}  // namespace traceur::optim

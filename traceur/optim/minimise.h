@@ -1,0 +1,63 @@
+// The one loop: every optimiser, every problem, threads, budget, progress, resume and a clean stop.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+
+#include "traceur/optim/optimizer.h"
+
+namespace traceur::optim {
+
+struct Trial {
+  VectorXd x;             ///< (n)
+  Evaluation evaluation;  ///< a cost that was NaN or +∞ reads +∞ here, and failed is set
+};
+
+/// What has been found so far. Also the part of a run that is stored beside the optimiser's state.
+struct Progress {
+  int generation = 0;         ///< generations told
+  int evaluations = 0;        ///< trials run
+  int failed = 0;             ///< of those, trials without a meaningful cost
+  std::optional<Trial> best;  ///< best by better(), never a failed one; the first of equals
+};
+
+/// One generation, handed out after it was told: enough to store and to resume from.
+struct Generation {
+  const Progress& progress;
+  const std::vector<Trial>& trials;  ///< in the order of their ids
+  const Optimizer& optimizer;        ///< save() gives the state to resume from
+};
+
+struct MinimiseOptions {
+  int threads = 1;     ///< 0: one for each processor
+  int budget = 10000;  ///< trials in all, resumed ones included; the last generation is finished
+  double target = -std::numeric_limits<double>::infinity();  ///< stop at a feasible cost ≤ this
+  /// Asked to end: trials under way finish, no new one starts, and a generation left incomplete is
+  /// dropped, not told. The optimiser then still stands where the last told generation left it.
+  std::stop_token stop = {};
+  std::function<void(const Generation&)> on_generation = {};  ///< after each told generation
+};
+
+enum class End { kTarget, kBudget, kOptimizer, kInterrupted };
+
+struct Summary {
+  Progress progress;
+  End end = End::kBudget;
+  /// The reason in words, with its value and limit, whatever the end was: the optimiser's own, or
+  /// "target" (cost, target), "budget" (evaluations, budget), "interrupted" (evaluations, budget).
+  Stop stop;
+};
+
+/// Runs ask → evaluate → tell until the target, the budget, the optimiser's own stop or a request
+/// to end; of several at once, the target is reported first, then the request, the optimiser's stop
+/// and the budget. Results do not depend on options.threads. What Problem::evaluate throws passes
+/// through (of several, the one of the smallest id) and leaves the generation untold.
+/// @param start  where an interrupted run was, with the optimiser already restored
+/// @throws InputError for a budget or threads out of range, a NaN target, bounds that are NaN or
+///         reversed, a candidate of another dimension or outside the problem's bounds, or a trial
+///         that reports another number of constraints than the problem has
+Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOptions& options,
+                 const Progress& start = {});
+
+}  // namespace traceur::optim

@@ -1,0 +1,308 @@
+#include "traceur/optim/minimise.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "traceur/core/error.h"
+#include "traceur/optim/cma_es.h"
+#include "traceur/optim/test_functions.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+CmaEs sphereSearch(std::uint64_t seed = 1) {
+  return CmaEs({.x0 = VectorXd::Constant(4, 1.5), .sigma = 0.5, .seed = seed});
+}
+const FunctionProblem kSphere(4, sphere);
+
+/// A problem whose evaluate is whatever a test wants.
+class Scripted : public Problem {
+ public:
+  using Script = std::function<Evaluation(const VectorXd&)>;
+  explicit Scripted(Script script, std::vector<std::string> constraints = {})
+      : script_(std::move(script)), constraints_(std::move(constraints)) {}
+  VectorXd lower() const override { return VectorXd::Constant(4, -kInf); }
+  VectorXd upper() const override { return VectorXd::Constant(4, kInf); }
+  std::vector<std::string> constraints() const override { return constraints_; }
+  Evaluation evaluate(const VectorXd& x) const override { return script_(x); }
+
+ private:
+  Script script_;
+  std::vector<std::string> constraints_;
+};
+
+TEST(Minimise, ReachesTheTargetAndSaysSo) {
+  CmaEs cma = sphereSearch();
+  const Summary s = minimise(kSphere, cma, {.target = 1e-8});
+  EXPECT_EQ(s.end, End::kTarget);
+  EXPECT_EQ(s.stop.reason, "target");
+  EXPECT_EQ(s.stop.value, s.progress.best->evaluation.cost);
+  EXPECT_EQ(s.stop.limit, 1e-8);
+  EXPECT_LE(s.progress.best->evaluation.cost, 1e-8);
+  EXPECT_EQ(s.progress.best->evaluation.cost, sphere(s.progress.best->x));
+  EXPECT_EQ(s.progress.evaluations, s.progress.generation * cma.constants().lambda);
+}
+
+TEST(Minimise, FinishesTheGenerationThatUsesUpTheBudget) {
+  for (const int budget : {1, 8, 9, 20}) {
+    CmaEs cma = sphereSearch();  // λ = 8
+    const Summary s = minimise(kSphere, cma, {.budget = budget});
+    EXPECT_EQ(s.end, End::kBudget);
+    EXPECT_EQ(s.progress.evaluations, (budget + 7) / 8 * 8);
+    EXPECT_EQ(s.stop.reason, "budget");
+    EXPECT_EQ(s.stop.value, s.progress.evaluations);
+    EXPECT_EQ(s.stop.limit, budget);
+  }
+}
+
+TEST(Minimise, PassesOnTheOptimisersOwnReason) {
+  CmaEs cma = sphereSearch();
+  const Summary s = minimise(kSphere, cma, {.budget = 1000000});
+  EXPECT_EQ(s.end, End::kOptimizer);
+  EXPECT_EQ(s.stop.reason, cma.stopped()->reason);
+  EXPECT_LT(s.stop.value, s.stop.limit);
+}
+
+TEST(Minimise, GivesEqualBitsForAnyNumberOfThreads) {
+  // Trials that last unequally long, so that the threads interleave differently every time.
+  const Scripted uneven(
+      [](const VectorXd& x) {
+        volatile double sink = 0;
+        const int rounds = static_cast<int>(std::abs(x[0]) * 1000) % 5000;
+        for (int i = 0; i < rounds; ++i) sink = sink + 1;
+        if (x[1] > 1.4) return Evaluation{.cost = NAN};
+        return Evaluation{.cost = rosenbrock(x), .violated = {x[2] < -0.5}};
+      },
+      {"c"});
+  std::string states[4];
+  double costs[4];
+  for (int threads = 1; threads <= 4; ++threads) {
+    CmaEs cma = sphereSearch(9);
+    const Summary s = minimise(uneven, cma, {.threads = threads, .budget = 1200});
+    states[threads - 1] = cma.save();
+    costs[threads - 1] = s.progress.best->evaluation.cost;
+    EXPECT_GT(s.progress.failed, 0);
+  }
+  for (int i = 1; i < 4; ++i) {
+    EXPECT_EQ(states[i], states[0]);
+    EXPECT_EQ(costs[i], costs[0]);
+  }
+}
+
+TEST(Minimise, UsesTheThreadsItIsGiven) {
+  std::mutex mutex;
+  std::vector<std::thread::id> seen;
+  const Scripted slow([&](const VectorXd& x) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    const std::lock_guard lock(mutex);
+    if (std::find(seen.begin(), seen.end(), std::this_thread::get_id()) == seen.end()) {
+      seen.push_back(std::this_thread::get_id());
+    }
+    return Evaluation{.cost = sphere(x)};
+  });
+  CmaEs cma = sphereSearch();
+  minimise(slow, cma, {.threads = 3, .budget = 24});
+  EXPECT_EQ(seen.size(), 3);
+}
+
+TEST(Minimise, CountsTrialsWithoutAMeaningfulCostAndNeverCallsOneBest) {
+  const Scripted half([](const VectorXd& x) {
+    if (x[0] > 1.5) return Evaluation{.cost = NAN};
+    if (x[0] > 1.3) return Evaluation{};
+    if (x[0] > 1.2) return Evaluation{.cost = -1e9, .failed = true};
+    return Evaluation{.cost = sphere(x)};
+  });
+  CmaEs cma = sphereSearch();
+  int failed = 0;
+  const Summary s = minimise(half, cma, {.budget = 80, .on_generation = [&](const Generation& g) {
+                                           for (const Trial& t : g.trials) {
+                                             failed += t.evaluation.failed;
+                                             EXPECT_EQ(t.evaluation.failed, t.x[0] > 1.2);
+                                             EXPECT_FALSE(std::isnan(t.evaluation.cost));
+                                           }
+                                           EXPECT_EQ(g.progress.failed, failed);
+                                         }});
+  EXPECT_GT(failed, 0);
+  EXPECT_EQ(s.progress.failed, failed);
+  EXPECT_LE(s.progress.best->x[0], 1.2);
+
+  CmaEs hopeless = sphereSearch();
+  const Scripted all([](const VectorXd&) { return Evaluation{.failed = true}; });
+  const Summary none = minimise(all, hopeless, {});
+  EXPECT_FALSE(none.progress.best.has_value());
+  EXPECT_EQ(none.progress.failed, none.progress.evaluations);
+  EXPECT_EQ(none.end, End::kOptimizer);
+  EXPECT_EQ(none.stop.reason, "tolallfailed");
+}
+
+TEST(Minimise, BestIsFeasibleFirstAndTheTargetAsksForFeasibility) {
+  // The cheap half of space is forbidden.
+  const Scripted wall(
+      [](const VectorXd& x) { return Evaluation{.cost = sphere(x), .violated = {x[0] < 1}}; },
+      {"wall"});
+  CmaEs cma = sphereSearch();
+  const Summary s = minimise(wall, cma, {.target = 1.0001});
+  EXPECT_EQ(s.end, End::kTarget);
+  EXPECT_TRUE(s.progress.best->evaluation.feasible());
+  EXPECT_GE(s.progress.best->x[0], 1);
+}
+
+TEST(Minimise, ReportsEachToldGenerationOnceInOrder) {
+  CmaEs cma = sphereSearch();
+  int calls = 0;
+  const Summary s = minimise(
+      kSphere, cma, {.budget = 80, .on_generation = [&](const Generation& g) {
+                       EXPECT_EQ(g.progress.generation, ++calls);
+                       EXPECT_EQ(g.progress.evaluations, 8 * calls);
+                       ASSERT_EQ(g.trials.size(), 8);
+                       CmaEs copy = sphereSearch();
+                       copy.restore(g.optimizer.save());
+                       EXPECT_EQ(copy.state().generation, static_cast<std::uint64_t>(calls));
+                     }});
+  EXPECT_EQ(calls, 10);
+  EXPECT_EQ(s.progress.generation, 10);
+}
+
+TEST(Minimise, ResumesToTheSameBits) {
+  CmaEs whole = sphereSearch();
+  const Summary uninterrupted = minimise(kSphere, whole, {.budget = 400});
+
+  CmaEs first = sphereSearch();
+  const Summary part = minimise(kSphere, first, {.budget = 160});
+  CmaEs second = sphereSearch();
+  second.restore(first.save());
+  const Summary rest = minimise(kSphere, second, {.budget = 400}, part.progress);
+  EXPECT_EQ(second.save(), whole.save());
+  EXPECT_EQ(rest.progress.evaluations, uninterrupted.progress.evaluations);
+  EXPECT_EQ(rest.progress.generation, uninterrupted.progress.generation);
+  EXPECT_EQ(rest.progress.best->x, uninterrupted.progress.best->x);
+}
+
+TEST(Minimise, ResumedInTheMiddleOfAGenerationRunsOnlyWhatIsLeft) {
+  CmaEs whole = sphereSearch();
+  minimise(kSphere, whole, {.budget = 80});
+
+  CmaEs cma = sphereSearch();
+  const Summary part = minimise(kSphere, cma, {.budget = 40});
+  const std::vector<Candidate> open = cma.ask();
+  for (const int k : {6, 1, 3}) cma.tell(open[k].id, kSphere.evaluate(open[k].x));
+  Progress progress = part.progress;
+  progress.evaluations += 3;
+  size_t first_size = 0;
+  const Summary s = minimise(kSphere, cma,
+                             {.budget = 80,
+                              .on_generation =
+                                  [&](const Generation& g) {
+                                    if (first_size == 0) first_size = g.trials.size();
+                                  }},
+                             progress);
+  EXPECT_EQ(first_size, 5);
+  EXPECT_EQ(s.progress.evaluations, 80);
+  EXPECT_EQ(cma.save(), whole.save());
+}
+
+TEST(Minimise, DropsTheUnfinishedGenerationWhenAskedToEnd) {
+  CmaEs reference = sphereSearch();
+  const Summary three = minimise(kSphere, reference, {.budget = 24});  // generations of 8
+
+  std::stop_source stop;
+  std::atomic<int> trials = 0;
+  const Scripted interrupted([&](const VectorXd& x) {
+    if (++trials == 28) stop.request_stop();  // in the middle of the fourth
+    return Evaluation{.cost = sphere(x)};
+  });
+  CmaEs cma = sphereSearch();
+  const Summary s = minimise(interrupted, cma, {.stop = stop.get_token()});
+  EXPECT_EQ(s.end, End::kInterrupted);
+  EXPECT_EQ(s.stop.reason, "interrupted");
+  EXPECT_EQ(s.stop.value, 24);
+  EXPECT_EQ(s.progress.evaluations, 24);
+  EXPECT_EQ(s.progress.generation, 3);
+  EXPECT_EQ(trials, 28);  // the rest of the generation was not started
+  EXPECT_EQ(cma.save(), reference.save());
+
+  // Carried on from there, as if nothing had happened.
+  minimise(kSphere, reference, {.budget = 80}, three.progress);
+  minimise(kSphere, cma, {.budget = 80}, s.progress);
+  EXPECT_EQ(cma.save(), reference.save());
+}
+
+TEST(Minimise, EndsAtOnceWhenAskedBeforeItBegins) {
+  std::stop_source stop;
+  stop.request_stop();
+  CmaEs cma = sphereSearch();
+  const Summary s = minimise(kSphere, cma, {.stop = stop.get_token()});
+  EXPECT_EQ(s.end, End::kInterrupted);
+  EXPECT_EQ(s.progress.evaluations, 0);
+}
+
+TEST(Minimise, StopsBetweenGenerationsWhenTheCallbackAsks) {
+  std::stop_source stop;
+  CmaEs cma = sphereSearch();
+  const Summary s =
+      minimise(kSphere, cma, {.stop = stop.get_token(), .on_generation = [&](const Generation& g) {
+                                if (g.progress.generation == 2) stop.request_stop();
+                              }});
+  EXPECT_EQ(s.end, End::kInterrupted);
+  EXPECT_EQ(s.progress.generation, 2);
+}
+
+TEST(Minimise, LetsExceptionsThroughAndLeavesTheGenerationUntold) {
+  for (const int threads : {1, 2}) {
+    std::atomic<int> trials = 0;
+    const Scripted breaks([&](const VectorXd& x) {
+      if (++trials == 12) throw SystemError("the robot is on fire");
+      return Evaluation{.cost = sphere(x)};
+    });
+    CmaEs cma = sphereSearch();
+    EXPECT_THROW(minimise(breaks, cma, {.threads = threads}), SystemError);
+    EXPECT_EQ(cma.state().generation, 1);
+    EXPECT_EQ(cma.ask().size(), 8);
+  }
+}
+
+TEST(Minimise, RefusesWrongInputWithOneClearMessage) {
+  const auto message = [](const Problem& problem, Optimizer& optimizer,
+                          const MinimiseOptions& options) {
+    try {
+      minimise(problem, optimizer, options);
+      return std::string("nothing");
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+  };
+  CmaEs cma = sphereSearch();
+  EXPECT_EQ(message(kSphere, cma, {.budget = 0}), "minimise: expected budget ≥ 1, got 0");
+  EXPECT_EQ(message(kSphere, cma, {.threads = -1}),
+            "minimise: expected threads in [0, 4096], got -1");
+  EXPECT_EQ(message(kSphere, cma, {.target = NAN}), "minimise: target is NaN");
+  const FunctionProblem reversed(VectorXd::Ones(4), VectorXd::Zero(4), sphere);
+  EXPECT_EQ(message(reversed, cma, {}), "minimise: expected lower[0] < upper[0], got 1 and 0");
+  const FunctionProblem other(3, sphere);
+  EXPECT_EQ(message(other, cma, {}), "minimise: the problem has 3 variables, the optimiser 4");
+  const FunctionProblem boxed(VectorXd::Constant(4, 50), VectorXd::Constant(4, 60), sphere);
+  EXPECT_NE(message(boxed, cma, {}).find("outside the problem's bounds [50, 60]"),
+            std::string::npos);
+  const Scripted two(
+      [](const VectorXd& x) {
+        return Evaluation{.cost = sphere(x), .violated = {true, false}};
+      },
+      {"only one"});
+  EXPECT_EQ(message(two, cma, {}), "minimise: the problem has 1 constraints, a trial reports 2");
+  EXPECT_EQ(cma.state().generation, 0);
+}
+
+TEST(Minimise, AnInfinitelyGoodTrialIsTheTarget) {
+  const Scripted log([](const VectorXd&) { return Evaluation{.cost = -kInf}; });
+  CmaEs cma = sphereSearch();
+  EXPECT_EQ(minimise(log, cma, {}).end, End::kTarget);
+}
+
+}  // namespace
+}  // namespace traceur::optim

@@ -1,0 +1,40 @@
+#include "traceur/optim/problem.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "traceur/core/error.h"
+
+namespace traceur::optim {
+
+bool Evaluation::meaningful() const {
+  return !failed && cost < std::numeric_limits<double>::infinity();  // false for NaN too
+}
+
+bool Evaluation::feasible() const {
+  return meaningful() && std::find(violated.begin(), violated.end(), true) == violated.end();
+}
+
+bool better(const Evaluation& a, const Evaluation& b) {
+  if (!a.meaningful() || !b.meaningful()) return a.meaningful() && !b.meaningful();
+  const bool a_feasible = a.feasible();
+  return a_feasible == b.feasible() ? a.cost < b.cost : a_feasible;
+}
+
+void checkBounds(std::string_view who, const VectorXd& lower, const VectorXd& upper, int n) {
+  if (lower.size() != n || upper.size() != n) {
+    throw InputError(
+        fmt::format("{}: expected bounds lower({}), upper({}), got lower({}), upper({})", who, n, n,
+                    lower.size(), upper.size()));
+  }
+  for (int i = 0; i < n; ++i) {
+    if (std::isnan(lower[i]) || std::isnan(upper[i]) || !(lower[i] < upper[i])) {
+      throw InputError(fmt::format("{}: expected lower[{}] < upper[{}], got {} and {}", who, i, i,
+                                   lower[i], upper[i]));
+    }
+  }
+}
+
+}  // namespace traceur::optim

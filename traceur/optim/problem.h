@@ -1,0 +1,50 @@
+// What is minimised, and what one trial of it says.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace traceur::optim {
+
+using Eigen::VectorXd;
+
+/// What one trial says. A trial that failed is a value like any other.
+struct Evaluation {
+  double cost = std::numeric_limits<double>::infinity();  ///< lower is better
+  std::vector<bool> violated = {};  ///< per Problem::constraints(); empty: none violated
+  bool failed = false;  ///< the trial gave no meaningful cost (diverged, NaN): ranks last
+
+  /// Not failed, and the cost is neither NaN nor +∞.
+  bool meaningful() const;
+  /// Meaningful, and no constraint is violated.
+  bool feasible() const;
+};
+
+/// The one order of trials: feasible before infeasible before failed, then by cost. Failed ones are
+/// all equal. A strict weak order whatever the costs are.
+bool better(const Evaluation& a, const Evaluation& b);
+
+/// A function to minimise inside a box. Implementations are called from several threads at once.
+class Problem {
+ public:
+  virtual ~Problem() = default;
+
+  /// Lower and upper bound of each variable, (n) and (n); infinite where there is none.
+  virtual VectorXd lower() const = 0;
+  virtual VectorXd upper() const = 0;
+  /// The names of the yes/no constraints, known only by running a trial; may be empty.
+  virtual std::vector<std::string> constraints() const { return {}; }
+  /// Runs one trial at x, (n), inside the box. Pure: equal x give equal bits on any thread.
+  virtual Evaluation evaluate(const VectorXd& x) const = 0;
+
+  int dimension() const { return static_cast<int>(lower().size()); }
+};
+
+/// @param who  begins the message: "minimise", "cma-es"
+/// @throws InputError unless lower and upper are both (n), free of NaN, and lower < upper
+void checkBounds(std::string_view who, const VectorXd& lower, const VectorXd& upper, int n);
+
+}  // namespace traceur::optim

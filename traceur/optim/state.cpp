@@ -1,0 +1,121 @@
+#include "traceur/optim/state.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstring>
+
+#include "traceur/core/error.h"
+#include "traceur/core/hash.h"
+
+namespace traceur::optim {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "states are stored little-endian");
+
+constexpr std::string_view kMagic = "TRCROPT\n";
+constexpr size_t kEndSize = sizeof(std::uint64_t);
+
+std::uint64_t fingerprint(std::string_view bytes) {
+  Hash hash;
+  hash.add(bytes);
+  return hash.value();
+}
+
+}  // namespace
+
+StateWriter::StateWriter(std::string_view kind, std::uint64_t version) : bytes_(kMagic) {
+  text(kind);
+  integer(version);
+}
+
+void StateWriter::integer(std::uint64_t value) {
+  bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+void StateWriter::real(double value) {
+  integer(std::bit_cast<std::uint64_t>(value));
+}
+
+void StateWriter::reals(std::span<const double> values) {
+  integer(values.size());
+  bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+}
+
+void StateWriter::text(std::string_view value) {
+  integer(value.size());
+  bytes_.append(value);
+}
+
+std::string StateWriter::finish() {
+  integer(fingerprint(bytes_));
+  return std::move(bytes_);
+}
+
+StateReader::StateReader(std::string_view bytes, std::string_view kind, std::uint64_t version)
+    : rest_(bytes), kind_(kind) {
+  if (!bytes.starts_with(kMagic)) fail("these bytes are not an optimiser's state");
+  if (bytes.size() < kMagic.size() + kEndSize) fail("the state is cut short");
+  std::uint64_t stored = 0;
+  std::memcpy(&stored, bytes.data() + bytes.size() - kEndSize, kEndSize);
+  rest_.remove_suffix(kEndSize);
+  if (stored != fingerprint(rest_)) fail("the state is damaged or cut short");
+  rest_.remove_prefix(kMagic.size());
+  if (const std::string got = text(); got != kind) {
+    fail(fmt::format("the state is one of \"{}\"", got));
+  }
+  if (const std::uint64_t got = integer(); got != version) {
+    fail(fmt::format("expected a state of version {}, got version {}", version, got));
+  }
+}
+
+std::uint64_t StateReader::integer() {
+  std::uint64_t value = 0;
+  std::memcpy(&value, take(sizeof value).data(), sizeof value);
+  return value;
+}
+
+double StateReader::real() {
+  return std::bit_cast<double>(integer());
+}
+
+std::vector<double> StateReader::reals() {
+  const std::uint64_t count = integer();
+  if (count > rest_.size() / sizeof(double)) fail("the state is cut short");
+  std::vector<double> values(count);
+  copy(values);
+  return values;
+}
+
+void StateReader::reals(std::span<double> values) {
+  if (const std::uint64_t count = integer(); count != values.size()) {
+    fail(fmt::format("expected {} numbers, got {}", values.size(), count));
+  }
+  copy(values);
+}
+
+void StateReader::copy(std::span<double> values) {
+  const std::string_view bytes = take(values.size_bytes());
+  if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
+}
+
+std::string StateReader::text() {
+  return std::string(take(integer()));
+}
+
+void StateReader::finish() const {
+  if (!rest_.empty()) fail(fmt::format("{} bytes too many", rest_.size()));
+}
+
+std::string_view StateReader::take(std::uint64_t count) {
+  if (count > rest_.size()) fail("the state is cut short");
+  const std::string_view taken = rest_.substr(0, count);
+  rest_.remove_prefix(count);
+  return taken;
+}
+
+void StateReader::fail(std::string_view why) const {
+  throw InputError(fmt::format("cannot restore {}: {}", kind_, why));
+}
+
+}  // namespace traceur::optim
