@@ -132,7 +132,9 @@ int learn(const Arguments& arguments) {
                              .make(problem, {.seed = o.seed,
                                              .lambda = o.population,
                                              .sigma = o.step_size,
-                                             .x0 = skill->initialParameters()});
+                                             .x0 = skill->initialParameters(),
+                                             // A skill's cost says itself what a failure costs.
+                                             .feasible_first = false});
   const RunFile::Meta meta = toMeta(o, *skill);
   const bool exists = std::filesystem::exists(out);
   if (exists && !a.resume) {

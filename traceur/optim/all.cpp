@@ -35,7 +35,8 @@ CmaEsOptions cmaEsOptions(const Problem& problem, const CommonOptions& common) {
                        .lower = problem.lower(),
                        .upper = problem.upper(),
                        .lambda = common.lambda,
-                       .seed = common.seed};
+                       .seed = common.seed,
+                       .feasible_first = common.feasible_first};
   const int n = problem.dimension();
   checkBounds("optimiser", options.lower, options.upper, n);
   options.scale = VectorXd::Ones(n);

@@ -20,6 +20,7 @@ struct CommonOptions {
   double sigma = 0.3;
   VectorXd x0 = {};  ///< (n) where to begin; empty: the middle of the box. Without two bounds: 1
                      ///< inside the bound there is, or 0.
+  bool feasible_first = true;  ///< rank feasible trials before infeasible ones, else all by cost
 };
 
 struct OptimizerEntry {

@@ -194,7 +194,7 @@ void CmaEs::tell(std::uint64_t id, const Evaluation& evaluation) {
   if (!evaluation.meaningful()) {
     told = Told{2, 0};
   } else {
-    told = Told{evaluation.feasible() ? 0 : 1, evaluation.cost};
+    told = Told{evaluation.feasible() || !options_.feasible_first ? 0 : 1, evaluation.cost};
   }
   if (++told_count_ == constants_.lambda) update();
 }
@@ -436,7 +436,7 @@ std::uint64_t CmaEs::fingerprint() const {
   }
   for (const int v : {o.lambda, int{o.active}, t.tolflatfitness, int{t.equalfunvals},
                       int{t.noeffectaxis}, int{t.noeffectcoord}, t.tolstagnation, t.maxiter,
-                      t.tolallfailed, o.accept ? o.max_draws : 0}) {
+                      t.tolallfailed, o.accept ? o.max_draws : 0, o.feasible_first ? 1 : 0}) {
     w.integer(v);
   }
   w.integer(o.seed);

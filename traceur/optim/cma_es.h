@@ -59,6 +59,9 @@ struct CmaEsOptions {
   int lambda = 0;          ///< λ ≥ 2, trials per generation; 0: 4 + ⌊3 ln n⌋
   bool active = true;      ///< also learn from the worse half, by negative weights
   std::uint64_t seed = 1;  ///< equal seeds give equal runs
+  /// Rank every feasible trial before every infeasible one; false: all by cost, for costs that
+  /// carry their own penalties, so that a good motion that ends in a fall can lead the way.
+  bool feasible_first = true;
   CmaTermination termination = {};
 
   /// Looks at a point before it becomes a candidate; false: draw another, max_draws times at most,
