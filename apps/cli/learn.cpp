@@ -189,7 +189,7 @@ void addLearn(CLI::App& program, int& exit_code) {
   verb->add_option("--task", a->task,
                    "What to ask for, in the skill's own unit; default: the file's");
   verb->add_option("--seed", o.seed, "Equal seeds give equal runs")->capture_default_str();
-  verb->add_option("--budget", o.budget, "Trials in all")
+  verb->add_option("--budget", o.budget, "Trials in all; the last generation is finished")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
   verb->add_option("--population", o.population, "Trials per generation")

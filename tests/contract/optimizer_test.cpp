@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ostream>
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
@@ -11,6 +12,13 @@
 #include "traceur/optim/test_functions.h"
 
 namespace traceur::optim {
+
+/// How GoogleTest names an entry.
+void PrintTo(const OptimizerEntry& entry,  // NOLINT(readability-identifier-naming)
+             std::ostream* out) {
+  *out << entry.name;
+}
+
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -182,6 +190,27 @@ TEST_P(OptimizerContract, RestoredStateIsToldWithoutBeingAsked) {
     b->tell(c.id, problem.evaluate(c.x));
   }
   EXPECT_EQ(a->save(), b->save());
+}
+
+TEST_P(OptimizerContract, RestoreReplacesWhateverWasThere) {
+  const Mixed problem;
+  const auto a = make(problem);
+  for (int g = 0; g < 3; ++g) step(problem, *a);
+  a->tell(a->ask()[2].id, {.cost = 3});
+  // One that is elsewhere, has asked, and has been told some of it.
+  const auto b = make(problem);
+  for (int g = 0; g < 8; ++g) step(problem, *b);
+  b->tell(b->ask()[0].id, {.cost = 1});
+  b->ask();
+  b->restore(a->save());
+  EXPECT_EQ(b->save(), a->save());
+  const std::vector<Candidate> expected = a->ask();
+  const std::vector<Candidate> found = b->ask();
+  ASSERT_EQ(found.size(), expected.size());
+  for (size_t k = 0; k < found.size(); ++k) {
+    EXPECT_EQ(found[k].id, expected[k].id);
+    EXPECT_EQ(found[k].x, expected[k].x);
+  }
 }
 
 TEST_P(OptimizerContract, RestoreRefusesForeignTextAndChangesNothing) {
