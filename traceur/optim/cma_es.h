@@ -30,8 +30,7 @@ struct CmaTermination {
   int tolflatfitness = 10;
   /// σ·√(largest eigenvalue of C) above tolxup·σ₀: the search runs away. ∞: off.
   double tolxup = 1e4;
-  /// σ/σ₀ above tolupsigma·√(largest eigenvalue of C): it creeps, σ growing while C shrinks. ∞:
-  /// off.
+  /// σ/σ₀ above tolupsigma·√(largest eigenvalue of C): σ grows while C shrinks. ∞: off.
   double tolupsigma = 1e20;
   /// The condition number of C above this. ∞: off.
   double conditioncov = 1e14;
@@ -50,14 +49,13 @@ struct CmaTermination {
 };
 
 struct CmaEsOptions {
-  VectorXd x0;         ///< (n) the first mean, inside the bounds; its size is n
-  double sigma = 0.3;  ///< σ₀ > 0, the first standard deviation, in units of scale
-  VectorXd scale =
-      {};  ///< (n) > 0, the unit of each variable; empty: 1, so that σ₀ is in that of x
-  VectorXd lower = {};     ///< (n); empty: no lower bounds
-  VectorXd upper = {};     ///< (n); empty: no upper bounds
-  int lambda = 0;          ///< λ ≥ 2, trials per generation; 0: 4 + ⌊3 ln n⌋
-  bool active = true;      ///< also learn from the worse half, by negative weights
+  VectorXd x0;          ///< (n) the first mean, inside the bounds; its size is n
+  double sigma = 0.3;   ///< σ₀ > 0, the first standard deviation, in units of scale
+  VectorXd scale = {};  ///< (n) > 0, the unit of each variable; empty: 1, and σ₀ is in that of x
+  VectorXd lower = {};  ///< (n); empty: no lower bounds
+  VectorXd upper = {};  ///< (n); empty: no upper bounds
+  int lambda = 0;       ///< λ ≥ 2, trials per generation; 0: 4 + ⌊3 ln n⌋
+  bool active = true;   ///< also learn from the worse half, by negative weights
   std::uint64_t seed = 1;  ///< equal seeds give equal runs
   /// Rank every feasible trial before every infeasible one; false: all by cost, for costs that
   /// carry their own penalties, so that a good motion that ends in a fall can lead the way.
@@ -111,7 +109,8 @@ struct CmaState {
 /// with two bounds the standard deviation is kept below a third of their distance, or below where
 /// it began if that is more: wider, folding would leave nothing to tell trials apart.
 ///
-/// Failures. Trials rank by better(), ties by id. A failed trial never gets a positive weight, and
+/// Failures. Trials rank by better(), or by cost alone (options.feasible_first), failed ones last,
+/// ties by id. A failed trial never gets a positive weight, and
 /// half of a negative one: the better half of the trials with a meaningful cost share the positive
 /// weights, as if only these had been tried. If there are none, only the generation counter moves.
 ///
@@ -132,16 +131,15 @@ class CmaEs : public Optimizer {
   const CmaConstants& constants() const { return constants_; }
   const CmaState& state() const { return state_; }
 
-  /// (n) the mean folded into the bounds. Of a noisy cost it is a better answer than the best
-  /// trial.
+  /// (n) the mean folded into the bounds: of a noisy cost a better answer than the best trial.
   VectorXd mean() const;
   /// (n x n) of x as it is searched, before folding: σ² S C S with S = diag(scale).
   MatrixXd covariance() const;
 
  private:
-  /// What is kept of an evaluation. Told ones order as better() does, by members.
+  /// What is kept of an evaluation: its rank, by class and then by cost.
   struct Told {
-    int rank_class = 0;  // 0 feasible, 1 infeasible, 2 failed
+    int rank_class = 0;  // 0 feasible, or any if feasible_first is off; 1 infeasible; 2 failed
     double cost = 0;     // 0 if failed
     bool operator<(const Told& other) const {
       return rank_class == other.rank_class ? cost < other.cost : rank_class < other.rank_class;

@@ -231,6 +231,15 @@ TEST(CmaEs, GrowsItsStepOnAPlateau) {
   const CmaConstants& c = cma.constants();
   EXPECT_NEAR(cma.state().sigma, book.sigma * std::exp(0.2 + c.c_sigma / c.d_sigma), 1e-12);
 
+  // Equal costs of which some are infeasible do tell trials apart.
+  CmaEs half({.x0 = VectorXd::Zero(5), .sigma = 0.1});
+  Textbook half_book(VectorXd::Zero(5), 0.1, true);
+  std::vector<Evaluation> mixed(x.size(), {.cost = 3});
+  for (const int k : {0, 2, 3, 5, 7}) mixed[k].violated = {true};
+  half_book.learn(x, mixed);
+  for (const Candidate& k : half.ask()) half.tell(k.id, mixed[k.id]);
+  EXPECT_NEAR(half.state().sigma, half_book.sigma, 1e-12);
+
   // Started on a plateau six steps wide, it finds the slope beyond.
   const FunctionProblem problem(5, [](const VectorXd& v) { return std::min(sphere(v), 300.0); });
   int crossed = 0;
@@ -311,6 +320,40 @@ TEST(CmaEs, DoesNotOutgrowItsBox) {
     ASSERT_LE(std::sqrt(cma.covariance().diagonal().maxCoeff()), 1 + 1e-12);
     ASSERT_TRUE(cma.state().C.allFinite() && cma.state().B.allFinite());
   }
+}
+
+TEST(CmaEs, NarrowsTheBoxedVariableAndNothingElse) {
+  // The first variable's first step is its limit, so that any growth is cut; the box does not
+  // change what was drawn, only where it was tried.
+  const VectorXd inf = VectorXd::Constant(3, kInf);
+  VectorXd lower = -inf;
+  VectorXd upper = inf;
+  lower[0] = -1;
+  upper[0] = 1;
+  int cut = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CmaEs free({.x0 = VectorXd::Zero(3), .sigma = 2.0 / 3, .seed = seed});
+    CmaEs boxed(
+        {.x0 = VectorXd::Zero(3), .sigma = 2.0 / 3, .lower = lower, .upper = upper, .seed = seed});
+    for (CmaEs* cma : {&free, &boxed}) {
+      for (const Candidate& c : cma->ask()) cma->tell(c.id, {.cost = double(c.id * 5 % 7)});
+    }
+    const double widest = std::sqrt(free.covariance()(0, 0));
+    const double factor = std::min(1.0, (2.0 / 3) / widest);
+    cut += factor < 1;
+    MatrixXd expected = free.covariance();
+    expected.row(0) *= factor;
+    expected.col(0) *= factor;
+    EXPECT_LE((boxed.covariance() - expected).norm(), 1e-14);
+    VectorXd path = free.state().p_c;
+    path[0] *= factor;
+    EXPECT_LE((boxed.state().p_c - path).norm(), 1e-14);
+    const CmaState& s = boxed.state();
+    const MatrixXd C = s.C.selfadjointView<Eigen::Lower>();
+    EXPECT_LE((s.B * s.D.cwiseAbs2().asDiagonal() * s.B.transpose() - C).norm(), 1e-14);
+  }
+  EXPECT_GT(cut, 5);
+  EXPECT_LT(cut, 20);
 }
 
 TEST(CmaEs, TwentyPercentRandomFailuresCostLittle) {
@@ -423,6 +466,29 @@ TEST(CmaEs, TiesGoToTheSmallerId) {
   for (const Candidate& c : all) rising.tell(c.id, {.cost = static_cast<double>(c.id)});
   EXPECT_EQ(tied.state().mean, rising.state().mean);
   EXPECT_EQ(tied.state().C, rising.state().C);
+}
+
+TEST(CmaEs, FeasibilityCanBeLeftToTheCost) {
+  // By cost alone, the run is that of the same costs without a constraint; failures still rank
+  // last.
+  const auto constrained = [](const VectorXd& x) {
+    return Evaluation{.cost = sphere(x), .violated = {x[0] > 0.5}, .failed = x[1] > 1.6};
+  };
+  const auto plain = [&](const VectorXd& x) {
+    return Evaluation{.cost = sphere(x), .failed = x[1] > 1.6};
+  };
+  const VectorXd x0 = VectorXd::Ones(4);
+  CmaEs first({.x0 = x0, .sigma = 0.5});
+  CmaEs by_cost({.x0 = x0, .sigma = 0.5, .feasible_first = false});
+  CmaEs free({.x0 = x0, .sigma = 0.5});
+  for (int g = 0; g < 20; ++g) {
+    step(first, constrained);
+    step(by_cost, constrained);
+    step(free, plain);
+    ASSERT_EQ(by_cost.state().mean, free.state().mean);
+  }
+  EXPECT_NE(first.state().mean, free.state().mean);
+  EXPECT_THROW(by_cost.restore(first.save()), InputError);
 }
 
 TEST(CmaEs, AcceptDecidesWhatIsTried) {

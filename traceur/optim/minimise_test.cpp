@@ -142,15 +142,25 @@ TEST(Minimise, CountsTrialsWithoutAMeaningfulCostAndNeverCallsOneBest) {
 }
 
 TEST(Minimise, BestIsFeasibleFirstAndTheTargetAsksForFeasibility) {
-  // The cheap half of space is forbidden.
+  // The first trials are cheap enough but on the wrong side of the wall; beyond it the far side is
+  // dearer than where they began.
   const Scripted wall(
-      [](const VectorXd& x) { return Evaluation{.cost = sphere(x), .violated = {x[0] < 1}}; },
+      [](const VectorXd& x) {
+        const double cost = x[0] < 1 ? 1 - x[0] : 2 + sphere(x - VectorXd::Unit(4, 0) * 2);
+        return Evaluation{.cost = cost, .violated = {x[0] < 1}};
+      },
       {"wall"});
-  CmaEs cma = sphereSearch();
-  const Summary s = minimise(wall, cma, {.target = 1.0001});
+  CmaEs cma({.x0 = VectorXd::Unit(4, 0) * 0.5, .sigma = 0.05});
+  int infeasible_generations = 0;
+  const Summary s = minimise(wall, cma, {.target = 2.5, .on_generation = [&](const Generation& g) {
+                                           infeasible_generations +=
+                                               !g.progress.best->evaluation.feasible();
+                                         }});
+  EXPECT_GT(infeasible_generations, 2);
   EXPECT_EQ(s.end, End::kTarget);
   EXPECT_TRUE(s.progress.best->evaluation.feasible());
   EXPECT_GE(s.progress.best->x[0], 1);
+  EXPECT_GE(s.progress.best->evaluation.cost, 2);
 }
 
 TEST(Minimise, ReportsEachToldGenerationOnceInOrder) {

@@ -195,11 +195,15 @@ std::vector<Scene> scenes() {
                  [](CmaTermination& t) { t.tolxup = kInf; }, true});
 
   // On a plateau σ grows and C does not.
-  CmaEsOptions creeping = plain;
-  creeping.termination.tolupsigma = 5;
-  all.push_back({"tolupsigma", creeping, [](int g, int, auto&) { return 1.0 + g; },
-                 [](const Record& r) { return r.growth() > 5 * std::sqrt(r.eigenvalues()[0]); },
-                 [](CmaTermination& t) { t.tolupsigma = kInf; }, true});
+  for (int quarter = 8; quarter < 48; ++quarter) {
+    const double limit = quarter / 4.0;
+    CmaEsOptions creeping = plain;
+    creeping.termination.tolupsigma = limit;
+    all.push_back(
+        {"tolupsigma", creeping, [](int g, int, auto&) { return 1.0 + g; },
+         [limit](const Record& r) { return r.growth() > limit * std::sqrt(r.eigenvalues()[0]); },
+         [](CmaTermination& t) { t.tolupsigma = kInf; }, true});
+  }
 
   // One variable counts 10^20 times as much. The condition is that of C, not of its root.
   all.push_back({"conditioncov", plain,

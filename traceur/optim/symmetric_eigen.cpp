@@ -1,10 +1,14 @@
 #include "traceur/optim/symmetric_eigen.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace traceur::optim {
 namespace {
+
+/// Two are usual; more than this is a sign of numbers that are none.
+constexpr int kSweepsPerValue = 30;
 
 /// Applies rotation i = last-1, …, first to columns i and i+1 of rows [row, row + kRows) of B. What
 /// a column is between two rotations stays in registers.
@@ -33,12 +37,21 @@ SymmetricEigen::SymmetricEigen(int n)
 
 void SymmetricEigen::compute(const Eigen::MatrixXd& A) {
   const auto n = static_cast<int>(d_.size());
-  B_.triangularView<Eigen::Lower>() = A;
+  // Scaled by a power of two, which changes no digit, so that squares neither over- nor underflow.
+  double largest = 0;
+  for (int j = 0; j < n; ++j) {
+    largest = std::max(largest, A.col(j).tail(n - j).cwiseAbs().maxCoeff());
+  }
+  const bool ordinary = largest > 0 && std::isfinite(largest);
+  const int exponent = ordinary ? std::clamp(std::ilogb(largest), -1000, 1000) : 0;
+  const double scale = std::ldexp(1.0, -exponent);
+  for (int j = 0; j < n; ++j) B_.col(j).tail(n - j) = scale * A.col(j).tail(n - j);
   reduce();
   accumulate();
   const double epsilon = std::numeric_limits<double>::epsilon();
+  int sweeps = kSweepsPerValue * n;
   for (int first = 0; first < n; ++first) {
-    while (true) {
+    while (sweeps-- > 0) {
       int last = first;  // of the block that still hangs together
       while (last < n - 1 &&
              std::abs(e_[last]) > epsilon * (std::abs(d_[last]) + std::abs(d_[last + 1]))) {
@@ -48,6 +61,7 @@ void SymmetricEigen::compute(const Eigen::MatrixXd& A) {
       sweep(first, last);
     }
   }
+  d_ /= scale;
 }
 
 /// A → tridiagonal (d, e); the reflections stay in B's columns.

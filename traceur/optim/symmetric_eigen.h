@@ -13,8 +13,7 @@ class SymmetricEigen {
  public:
   explicit SymmetricEigen(int n);
 
-  /// Reads the lower triangle of A, (n x n), finite; its largest entry between 1e-100 and 1e100, as
-  /// squares are taken unscaled. Allocates nothing.
+  /// Reads the lower triangle of A, (n x n), finite. Allocates nothing.
   void compute(const Eigen::MatrixXd& A);
 
   const Eigen::VectorXd& values() const { return d_; }   ///< (n), in no order

@@ -72,8 +72,8 @@ TEST(SymmetricEigen, HandlesHardSpectra) {
       expectDecomposes(eigen, rotated(v, 5), v);
       expectDecomposes(eigen, v.asDiagonal(), v);
     }
-    expectDecomposes(eigen, 1e-90 * rotated(graded, 5));
-    expectDecomposes(eigen, 1e90 * rotated(graded, 5));
+    expectDecomposes(eigen, 1e-290 * rotated(graded, 5));
+    expectDecomposes(eigen, 1e290 * rotated(graded, 5));
     // Graded, not rotated: large to small and back along the diagonal.
     for (const VectorXd& v : {graded, VectorXd(graded.reverse())}) {
       const VectorXd s = v.cwiseSqrt();
@@ -94,10 +94,10 @@ TEST(SymmetricEigen, DependsOnItsArgumentOnly) {
   EXPECT_EQ(fresh.values(), used.values());
 }
 
-TEST(SymmetricEigen, EndsForEveryInput) {
+TEST(SymmetricEigen, EndsForNumbersThatAreNone) {
   SymmetricEigen eigen(6);
-  eigen.compute(MatrixXd::Constant(6, 6, NAN));  // our bug if it happens; it must not hang
-  SUCCEED();
+  eigen.compute(MatrixXd::Constant(6, 6, NAN));  // a bug of the caller's; it must not hang
+  eigen.compute(MatrixXd::Constant(6, 6, INFINITY));
 }
 
 }  // namespace
