@@ -27,7 +27,7 @@ struct Torque {
 class World {
  public:
   struct Options {
-    bool joint_forces = false;  ///< compute Snapshot::jointForces each step (costs about 3 %)
+    bool joint_forces = false;  ///< compute Snapshot::jointForces each step (up to a tenth of it)
   };
   explicit World(std::shared_ptr<const Model> model) : World(std::move(model), Options()) {}
   World(std::shared_ptr<const Model> model, Options options);
