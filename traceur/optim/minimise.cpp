@@ -40,12 +40,23 @@ void check(const Candidate& candidate, const VectorXd& lower, const VectorXd& up
   }
 }
 
-void check(const Evaluation& evaluation, size_t constraints) {
+void check(const Evaluation& evaluation, size_t constraints, size_t tasks) {
   const size_t got = evaluation.violated.size();
   if (got != 0 && got != constraints) {
     throw InputError(fmt::format("minimise: the problem has {} constraints, a trial reports {}",
                                  constraints, got));
   }
+  if (!evaluation.failed && evaluation.task_costs.size() != tasks) {
+    throw InputError(fmt::format("minimise: the problem has {} tasks, a trial reports costs of {}",
+                                 tasks, evaluation.task_costs.size()));
+  }
+}
+
+/// The cost to hold against the target: the optimiser's own, or that of the best feasible trial.
+std::optional<double> achieved(const Progress& progress, const Optimizer& optimizer) {
+  if (std::optional<double> own = optimizer.achieved()) return own;
+  if (progress.best && progress.best->evaluation.feasible()) return progress.best->evaluation.cost;
+  return std::nullopt;
 }
 
 /// Why to end before another generation, if at all.
@@ -53,9 +64,8 @@ std::optional<std::pair<End, Stop>> ending(const Progress& progress, const Optim
                                            const MinimiseOptions& options) {
   const double used = progress.evaluations;
   const double budget = options.budget;
-  if (progress.best && progress.best->evaluation.feasible() &&
-      progress.best->evaluation.cost <= options.target) {
-    return {{End::kTarget, {"target", progress.best->evaluation.cost, options.target}}};
+  if (const auto cost = achieved(progress, optimizer); cost && *cost <= options.target) {
+    return {{End::kTarget, {"target", *cost, options.target}}};
   }
   if (options.stop.stop_requested()) {
     return {{End::kInterrupted, {"interrupted", used, budget}}};
@@ -74,6 +84,7 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
   const VectorXd upper = problem.upper();
   checkBounds("minimise", lower, upper, static_cast<int>(lower.size()));
   const size_t constraints = problem.constraints().size();
+  const size_t tasks = problem.tasks().size();
 
   ThreadPool pool(options.threads);
   Progress progress = start;
@@ -95,7 +106,7 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
       Trial& trial = trials[i];
       trial.x = candidates[i].x;
       trial.evaluation = problem.evaluate(trial.x);
-      check(trial.evaluation, constraints);
+      check(trial.evaluation, constraints, tasks);
       if (!trial.evaluation.meaningful()) {
         trial.evaluation.failed = true;
         trial.evaluation.cost = std::numeric_limits<double>::infinity();

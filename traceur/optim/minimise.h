@@ -32,7 +32,8 @@ struct Generation {
 struct MinimiseOptions {
   int threads = 1;     ///< 0: one for each processor
   int budget = 10000;  ///< trials in all, resumed ones included; the last generation is finished
-  double target = -std::numeric_limits<double>::infinity();  ///< stop at a feasible cost ≤ this
+  /// Stop at Optimizer::achieved() ≤ this, or where it says nothing, at a feasible cost ≤ this.
+  double target = -std::numeric_limits<double>::infinity();
   /// Asked to end: trials under way finish, no new one starts, and a generation left incomplete is
   /// dropped, not told. The optimiser then still stands where the last told generation left it.
   std::stop_token stop = {};
@@ -56,7 +57,7 @@ struct Summary {
 /// @param start  where an interrupted run was, with the optimiser already restored
 /// @throws InputError for a budget or threads out of range, a NaN target, bounds that are NaN or
 ///         reversed, a candidate of another dimension or outside the problem's bounds, or a trial
-///         that reports another number of constraints than the problem has
+///         that reports another number of constraints or of tasks than the problem has
 Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOptions& options,
                  const Progress& start = {});
 

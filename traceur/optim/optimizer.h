@@ -42,6 +42,9 @@ class Optimizer {
   virtual void tell(std::uint64_t id, const Evaluation& evaluation) = 0;
   /// Set once the optimiser has nothing more to try.
   virtual std::optional<Stop> stopped() const = 0;
+  /// The cost of what is sought where that is more than one trial, as a family's mean over its
+  /// tasks; minimise() holds it against the target instead of the best trial's cost.
+  virtual std::optional<double> achieved() const { return std::nullopt; }
   /// The whole state as bytes.
   virtual std::string save() const = 0;
   virtual void restore(std::string_view state) = 0;

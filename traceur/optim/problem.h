@@ -16,6 +16,9 @@ struct Evaluation {
   double cost = std::numeric_limits<double>::infinity();  ///< lower is better
   std::vector<bool> violated = {};  ///< per Problem::constraints(); empty: none violated
   bool failed = false;  ///< the trial gave no meaningful cost (diverged, NaN): ranks last
+  /// (M) the trial's cost for each of Problem::tasks(), and cost is their mean; empty for a problem
+  /// without tasks. NaN or +∞: the trial says nothing about that task.
+  std::vector<double> task_costs = {};
 
   /// Not failed, and the cost is neither NaN nor +∞.
   bool meaningful() const;
@@ -37,6 +40,9 @@ class Problem {
   virtual VectorXd upper() const = 0;
   /// The names of the yes/no constraints, known only by running a trial; may be empty.
   virtual std::vector<std::string> constraints() const { return {}; }
+  /// (M) rising: the tasks that one trial is scored for all at once, such as heights to jump to.
+  /// Empty: there is only one.
+  virtual VectorXd tasks() const { return {}; }
   /// Runs one trial at x, (n), inside the box. Pure: equal x give equal bits on any thread.
   virtual Evaluation evaluate(const VectorXd& x) const = 0;
 

@@ -1,0 +1,26 @@
+// A policy for every task of a range: points in parameter space along a curve.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace traceur::optim {
+
+/// x(w), w ∈ [0, 1] from the first task to the last.
+///
+///     kBezier    x(w) = Σ_k C(K-1, k) w^k (1-w)^(K-1-k) p_k    K = 2 linear, K = 4 cubic
+///                                                              [Ha2015, §7.3.1]
+///     kPolyline  straight from p_k, at w = k/(K-1), to p_{k+1}; K = 1: constant
+struct Curve {
+  enum class Kind { kBezier, kPolyline };
+
+  Kind kind = Kind::kBezier;
+  Eigen::MatrixXd points;  ///< (n x K) control points p_k, in columns
+
+  /// (n). w outside [0, 1] is taken to the nearer end.
+  Eigen::VectorXd at(double w) const;
+};
+
+/// (K) the weights of a Bézier curve's control points at w: x(w) = points · bernstein(K, w).
+Eigen::VectorXd bernstein(int K, double w);
+
+}  // namespace traceur::optim
