@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "traceur/core/error.h"
-#include "traceur/render/pending_file.h"
-#include "traceur/render/process.h"
+#include "traceur/core/pending_file.h"
+#include "traceur/core/process.h"
 
 namespace traceur::render {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "traceur/core/error.h"
-#include "traceur/render/pending_file.h"
+#include "traceur/core/pending_file.h"
 
 namespace traceur::render {
 namespace {

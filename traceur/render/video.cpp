@@ -8,8 +8,8 @@
 #include "traceur/core/error.h"
 #include "traceur/render/font.h"
 #include "traceur/render/motion.h"
-#include "traceur/render/pending_file.h"
-#include "traceur/render/process.h"
+#include "traceur/core/pending_file.h"
+#include "traceur/core/process.h"
 
 namespace traceur::render {
 namespace {

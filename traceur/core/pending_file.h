@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace traceur::render {
+namespace traceur {
 
 /// Life of a pending file:
 ///   1. The constructor makes an empty file beside the final one, under another name.
@@ -30,4 +30,4 @@ class PendingFile {
   int fd_ = -1;
 };
 
-}  // namespace traceur::render
+}  // namespace traceur

@@ -1,4 +1,4 @@
-#include "traceur/render/pending_file.h"
+#include "traceur/core/pending_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -9,7 +9,7 @@
 
 #include "traceur/core/error.h"
 
-namespace traceur::render {
+namespace traceur {
 namespace {
 
 std::string because(int error) {
@@ -57,4 +57,4 @@ void PendingFile::fail(std::string_view why) const {
   throw SystemError(fmt::format("cannot write {}: {}", path_.string(), why));
 }
 
-}  // namespace traceur::render
+}  // namespace traceur

@@ -1,4 +1,4 @@
-#include "traceur/render/process.h"
+#include "traceur/core/process.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 
 #include "traceur/core/error.h"
 
-namespace traceur::render {
+namespace traceur {
 namespace {
 
 constexpr off_t kMostWords = 2000;  // of a failed program's complaints, the last ones [ours]
@@ -31,7 +31,8 @@ constexpr off_t kMostWords = 2000;  // of a failed program's complaints, the las
 
 }  // namespace
 
-Process::Process(const std::vector<std::string>& argv) : name_(argv.at(0)) {
+Process::Process(const std::vector<std::string>& argv, Output output)
+    : name_(argv.at(0)), output_(output) {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) failToRun(name_, errno);
   input_ = ends[0];
@@ -40,8 +41,12 @@ Process::Process(const std::vector<std::string>& argv) : name_(argv.at(0)) {
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, words_, STDERR_FILENO);
+  if (output == Output::kTalk) {
+    posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
+  } else {
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_adddup2(&files, words_, STDERR_FILENO);
+  }
   // The program starts with no signal blocked or ignored, whatever ours are.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
@@ -51,7 +56,13 @@ Process::Process(const std::vector<std::string>& argv) : name_(argv.at(0)) {
   sigaddset(&pipe, SIGPIPE);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setsigdefault(&attributes, &pipe);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF;
+  if (output == Output::kTalk) {
+    // Ctrl-C on the terminal is ours to answer: a program of its own group does not see it.
+    posix_spawnattr_setpgroup(&attributes, 0);
+    flags |= POSIX_SPAWN_SETPGROUP;
+  }
+  posix_spawnattr_setflags(&attributes, flags);
 
   std::vector<char*> args;
   args.reserve(argv.size() + 1);
@@ -84,6 +95,23 @@ void Process::write(std::string_view bytes) {
     if (n >= 0 || errno == EINTR) continue;
     finish();  // the program's own words say more than "broken pipe"
     throw SystemError(fmt::format("{} stopped before it had read everything", name_));
+  }
+}
+
+std::string Process::readLine() {
+  while (true) {
+    if (const size_t end = heard_.find('\n'); end != std::string::npos) {
+      std::string line = heard_.substr(0, end);
+      heard_.erase(0, end + 1);
+      if (!line.empty() && line.back() == '\r') line.pop_back();
+      return line;
+    }
+    char buffer[4096];
+    const ssize_t n = recv(input_, buffer, sizeof buffer, 0);
+    if (n > 0) heard_.append(buffer, n);
+    if (n > 0 || (n < 0 && errno == EINTR)) continue;
+    finish();
+    throw SystemError(fmt::format("{} ended (exit 0) though an answer was due", name_));
   }
 }
 
@@ -124,4 +152,4 @@ std::string Process::words() const {
   return text;
 }
 
-}  // namespace traceur::render
+}  // namespace traceur
