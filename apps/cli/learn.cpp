@@ -4,11 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/interrupt.h"
-#include "apps/cli/progress.h"
+#include "apps/cli/search.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
-#include "traceur/core/text.h"
 #include "traceur/optim/all.h"
 #include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
@@ -30,37 +29,6 @@ struct Arguments {
 
 std::string defaultOut(const Skill& skill, const LearnOptions& o) {
   return fmt::format("runs/{}-{}-seed{}.run", skill.name, o.task, o.seed);
-}
-
-std::vector<TrialRow> rowsOf(const std::vector<optim::Trial>& trials, int generation,
-                             const std::vector<std::string>& constraints) {
-  std::vector<TrialRow> rows;
-  for (const optim::Trial& t : trials) {
-    std::vector<std::string> violated;
-    for (size_t i = 0; i < t.evaluation.violated.size(); ++i) {
-      if (t.evaluation.violated[i]) violated.push_back(constraints[i]);
-    }
-    rows.push_back({generation,
-                    static_cast<int>(rows.size()),
-                    t.evaluation.cost,
-                    t.evaluation.failed,
-                    join(violated, ","),
-                    {t.x.data(), t.x.data() + t.x.size()}});
-  }
-  return rows;
-}
-
-std::string note(const optim::Progress& p) {
-  if (!p.best) return "";
-  std::string text = fmt::format("best {:.3g}", p.best->evaluation.cost);
-  if (!p.best->evaluation.feasible()) text += " (failing)";
-  if (p.failed > 0) text += fmt::format("  {} diverged", p.failed);
-  return text;
-}
-
-/// "target (2.1e-05 <= 0.0004)": why a search ended.
-std::string words(const optim::Stop& stop) {
-  return fmt::format("{} ({:g}, limit {:g})", stop.reason, stop.value, stop.limit);
 }
 
 /// Runs the best trial again, recorded, and stores it with what it did.
@@ -127,7 +95,6 @@ int learn(const Arguments& arguments) {
   }
   const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
   const skill::SkillProblem problem(skill, o.task);
-  const std::vector<std::string> constraints = problem.constraints();
   const auto optimiser = optim::findOptimizer(o.optimiser)
                              .make(problem, {.seed = o.seed,
                                              .lambda = o.population,
@@ -136,37 +103,15 @@ int learn(const Arguments& arguments) {
                                              // A skill's cost says itself what a failure costs.
                                              .feasible_first = false});
   const RunFile::Meta meta = toMeta(o, *skill);
-  const bool exists = std::filesystem::exists(out);
-  if (exists && !a.resume) {
-    throw InputError(
-        fmt::format("{}: exists already: --resume goes on with it, --out FILE writes "
-                    "elsewhere",
-                    out));
-  }
-  RunFile run = exists ? RunFile::open(out, true) : RunFile::create(out, meta);
-  optim::Progress start;
-  if (exists) {
-    requireSameOptions(run, meta);
-    run.setMeta({{"budget", fmt::format("{}", o.budget)}});
-    start = progressOf(run, constraints);
-    if (const auto state = run.state()) optimiser->restore(*state);
-  }
-
-  ProgressLine line(fmt::format("{} {:g} {}", skill->name, o.task, skill->task.unit), o.budget,
-                    start.evaluations, a.quiet || a.json);
-  optim::MinimiseOptions options;
-  options.threads = a.threads;
-  options.budget = o.budget;
-  options.target = skill->target_cost;
-  options.stop = interrupt.token();
-  options.on_generation = [&](const optim::Generation& g) {
-    run.appendGeneration(g.progress.generation - 1,
-                         rowsOf(g.trials, g.progress.generation - 1, constraints),
-                         g.optimizer.save(), {});
-    line.update(g.progress.evaluations, note(g.progress), "trials/s");
-  };
-  const optim::Summary summary = optim::minimise(problem, *optimiser, options, start);
-  line.finish();
+  RunFile run = openRun(out, meta, a.resume);
+  const optim::Summary summary =
+      search(run, problem, *optimiser,
+             {.title = fmt::format("{} {:g} {}", skill->name, o.task, skill->task.unit),
+              .threads = a.threads,
+              .budget = o.budget,
+              .target = skill->target_cost,
+              .stop = interrupt.token(),
+              .quiet = a.quiet || a.json});
   if (!summary.progress.best) {
     fmt::print(stderr, "traceur: stopped before the first generation was finished\n");
     return kInterrupted;

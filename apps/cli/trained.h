@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "traceur/core/run_file.h"
-#include "traceur/optim/minimise.h"
+#include "apps/cli/search.h"
 #include "traceur/sim/recording.h"
 #include "traceur/skill/skill.h"
 
@@ -24,17 +23,6 @@ struct LearnOptions {
 };
 
 RunFile::Meta toMeta(const LearnOptions& options, const skill::Skill& skill);
-
-/// @throws InputError naming the first option that differs from the stored one. The budget may
-/// grow.
-void requireSameOptions(const RunFile& run, const RunFile::Meta& asked);
-
-/// The stored trials as a state to resume from.
-optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& constraints);
-
-/// A value stored by toMeta or while learning.
-/// @throws InputError when the run does not have it
-std::string required(const RunFile& run, const std::string& key);
 
 /// The best trial's recording.
 /// @throws InputError when the run was cut off before it had one

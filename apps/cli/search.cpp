@@ -1,0 +1,123 @@
+#include "apps/cli/search.h"
+
+#include <fmt/format.h>
+
+#include "apps/cli/progress.h"
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+
+namespace traceur::cli {
+namespace {
+
+std::vector<TrialRow> rowsOf(const std::vector<optim::Trial>& trials, int generation,
+                             const std::vector<std::string>& constraints) {
+  std::vector<TrialRow> rows;
+  for (const optim::Trial& t : trials) {
+    std::vector<std::string> violated;
+    for (size_t i = 0; i < t.evaluation.violated.size(); ++i) {
+      if (t.evaluation.violated[i]) violated.push_back(constraints[i]);
+    }
+    rows.push_back({generation,
+                    static_cast<int>(rows.size()),
+                    t.evaluation.cost,
+                    t.evaluation.failed,
+                    join(violated, ","),
+                    {t.x.data(), t.x.data() + t.x.size()}});
+  }
+  return rows;
+}
+
+std::string note(const optim::Progress& p) {
+  if (!p.best) return "";
+  std::string text = fmt::format("best {:.3g}", p.best->evaluation.cost);
+  if (!p.best->evaluation.feasible()) text += " (failing)";
+  if (p.failed > 0) text += fmt::format("  {} diverged", p.failed);
+  return text;
+}
+
+/// @throws InputError naming the first option that differs from the stored one
+void requireSameOptions(const RunFile& run, const RunFile::Meta& asked) {
+  for (const auto& [key, value] : asked) {
+    const std::string stored = required(run, key);
+    if (stored == value) continue;
+    const std::string where = run.path().string();
+    if (key == "budget") {
+      if (std::stol(value) >= std::stol(stored)) continue;
+      throw InputError(
+          fmt::format("{}: budget {} is less than the {} it began with", where, value, stored));
+    }
+    if (key == "skill_file") continue;  // the text counts, wherever it lies
+    const bool is_text = key == "skill_text" || key == "model";
+    throw InputError(fmt::format("{}: cannot be resumed with another {}{}", where, key,
+                                 is_text ? ": the skill or robot file has changed since it began"
+                                         : fmt::format(": it has {}, got {}", stored, value)));
+  }
+}
+
+}  // namespace
+
+RunFile openRun(const std::string& file, const RunFile::Meta& meta, bool resume) {
+  const bool exists = std::filesystem::exists(file);
+  if (!exists) return RunFile::create(file, meta);
+  if (!resume) {
+    throw InputError(fmt::format(
+        "{}: exists already: --resume goes on with it, --out FILE writes elsewhere", file));
+  }
+  RunFile run = RunFile::open(file, true);
+  requireSameOptions(run, meta);
+  run.setMeta({{"budget", meta.at("budget")}});
+  return run;
+}
+
+optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimizer& optimiser,
+                      const SearchOptions& o) {
+  const std::vector<std::string> constraints = problem.constraints();
+  const optim::Progress start = progressOf(run, constraints);
+  if (const auto state = run.state()) optimiser.restore(*state);
+  ProgressLine line(o.title, o.budget, start.evaluations, o.quiet);
+  optim::MinimiseOptions options;
+  options.threads = o.threads;
+  options.budget = o.budget;
+  options.target = o.target;
+  options.stop = o.stop;
+  options.on_generation = [&](const optim::Generation& g) {
+    run.appendGeneration(g.progress.generation - 1,
+                         rowsOf(g.trials, g.progress.generation - 1, constraints),
+                         g.optimizer.save(), {});
+    line.update(g.progress.evaluations, note(g.progress), "trials/s");
+  };
+  return optim::minimise(problem, optimiser, options, start);
+}
+
+optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& constraints) {
+  optim::Progress p;
+  for (const TrialRow& row : run.trials()) {
+    optim::Trial trial;
+    trial.x = Eigen::Map<const Eigen::VectorXd>(row.x.data(), row.x.size());
+    trial.evaluation.cost = row.cost;
+    trial.evaluation.failed = row.failed;
+    for (const std::string& name : constraints) {
+      trial.evaluation.violated.push_back(("," + row.violated + ",").find("," + name + ",") !=
+                                          std::string::npos);
+    }
+    ++p.evaluations;
+    p.failed += row.failed;
+    p.generation = row.generation + 1;
+    if (!p.best || optim::better(trial.evaluation, p.best->evaluation)) p.best = trial;
+  }
+  return p;
+}
+
+std::string required(const RunFile& run, const std::string& key) {
+  const auto value = run.meta(key);
+  if (!value) {
+    throw InputError(fmt::format("{}: this run does not say its \"{}\"", run.path().string(), key));
+  }
+  return *value;
+}
+
+std::string words(const optim::Stop& stop) {
+  return fmt::format("{} ({:g}, limit {:g})", stop.reason, stop.value, stop.limit);
+}
+
+}  // namespace traceur::cli

@@ -1,0 +1,41 @@
+// A search into a run file: begun, resumed, shown as it goes.
+#pragma once
+
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "traceur/core/run_file.h"
+#include "traceur/optim/minimise.h"
+
+namespace traceur::cli {
+
+/// Makes the run file, or opens it to go on.
+/// @param meta  every option that decides the run's bits; "budget" may grow
+/// @throws InputError when the file exists and resume is not set, or was made with other options
+RunFile openRun(const std::string& file, const RunFile::Meta& meta, bool resume);
+
+struct SearchOptions {
+  std::string title;  ///< begins the progress line
+  int threads = 0;
+  int budget = 0;
+  double target = -std::numeric_limits<double>::infinity();
+  std::stop_token stop;
+  bool quiet = false;
+};
+
+/// Runs minimise() from where the file stands, storing every generation in it.
+optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimizer& optimiser,
+                      const SearchOptions& options);
+
+/// The stored trials as a state to resume from.
+optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& constraints);
+
+/// A value stored in meta.
+/// @throws InputError when the run does not have it
+std::string required(const RunFile& run, const std::string& key);
+
+/// "target (2.1e-05, limit 0.0004)": why a search ended.
+std::string words(const optim::Stop& stop);
+
+}  // namespace traceur::cli
