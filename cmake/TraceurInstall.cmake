@@ -7,5 +7,5 @@ configure_package_config_file(cmake/traceurConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/traceurConfig.cmake
-  ${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake DESTINATION ${package_dir})
+  ${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake cmake/TraceurMujoco.cmake DESTINATION ${package_dir})
 install(DIRECTORY models skills DESTINATION ${CMAKE_INSTALL_DATADIR}/traceur)
