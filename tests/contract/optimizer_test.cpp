@@ -3,25 +3,73 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <ostream>
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/all.h"
+#include "traceur/optim/family.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/test_functions.h"
 
 namespace traceur::optim {
 
-/// How GoogleTest names an entry.
-void PrintTo(const OptimizerEntry& entry,  // NOLINT(readability-identifier-naming)
+/// Whatever is registered, single or for families, as something to be tested.
+struct Subject {
+  std::string name;
+  std::function<std::unique_ptr<Optimizer>(const Problem&, const CommonOptions&)> make;
+  bool family = false;
+};
+
+/// How GoogleTest names a subject.
+void PrintTo(const Subject& subject,  // NOLINT(readability-identifier-naming)
              std::ostream* out) {
-  *out << entry.name;
+  *out << subject.name;
 }
 
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
+
+std::vector<Subject> allSubjects() {
+  std::vector<Subject> all;
+  for (const OptimizerEntry& entry : allOptimizers()) all.push_back({entry.name, entry.make});
+  for (const FamilyOptimizerEntry& entry : allFamilyOptimizers()) {
+    all.push_back({entry.name,
+                   [&entry](const Problem& problem, const CommonOptions& o) {
+                     return entry.make(
+                         problem,
+                         {.seed = o.seed, .lambda = o.lambda, .sigma = o.sigma, .x0 = o.x0});
+                   },
+                   true});
+  }
+  return all;
+}
+
+/// A problem whose trial is scored for three tasks: moved by the task along the first variable.
+class WithTasks : public Problem {
+ public:
+  explicit WithTasks(const Problem& problem) : problem_(problem) {}
+  VectorXd lower() const override { return problem_.lower(); }
+  VectorXd upper() const override { return problem_.upper(); }
+  VectorXd tasks() const override { return VectorXd::LinSpaced(3, 0, 0.2); }
+  std::vector<std::string> constraints() const override { return problem_.constraints(); }
+  Evaluation evaluate(const VectorXd& x) const override {
+    Evaluation e = problem_.evaluate(x);
+    e.cost = 0;
+    for (const double task : tasks()) {
+      const VectorXd moved = x - task * VectorXd::Unit(x.size(), 0);
+      e.task_costs.push_back(problem_.evaluate(moved).cost);
+      e.cost += e.task_costs.back() / 3;
+    }
+    return e;
+  }
+
+ private:
+  const Problem& problem_;
+};
 
 /// A box with a constraint, a region where trials fail, and costs that tie now and then.
 class Mixed : public Problem {
@@ -39,19 +87,34 @@ FunctionProblem boxed(int n, FunctionProblem::Function f) {
   return {VectorXd::Constant(n, -2), VectorXd::Constant(n, 3), std::move(f)};
 }
 
-class OptimizerContract : public testing::TestWithParam<OptimizerEntry> {
+class OptimizerContract : public testing::TestWithParam<Subject> {
  protected:
   std::unique_ptr<Optimizer> make(const Problem& problem, const CommonOptions& options = {}) const {
     return GetParam().make(problem, options);
+  }
+
+  /// The problem itself, or scored for tasks where the subject learns families.
+  const Problem& suited(const Problem& problem) {
+    if (!GetParam().family) return problem;
+    wrapped_.push_back(std::make_unique<WithTasks>(problem));
+    return *wrapped_.back();
+  }
+
+  /// A trial of that cost, for every task if there are tasks.
+  Evaluation costing(double cost) const {
+    return {.cost = cost, .task_costs = std::vector<double>(GetParam().family ? 3 : 0, cost)};
   }
 
   /// One generation, told in the order of ids.
   static void step(const Problem& problem, Optimizer& optimizer) {
     for (const Candidate& c : optimizer.ask()) optimizer.tell(c.id, problem.evaluate(c.x));
   }
+
+ private:
+  std::vector<std::unique_ptr<Problem>> wrapped_;
 };
 
-INSTANTIATE_TEST_SUITE_P(All, OptimizerContract, testing::ValuesIn(allOptimizers()),
+INSTANTIATE_TEST_SUITE_P(All, OptimizerContract, testing::ValuesIn(allSubjects()),
                          [](const auto& entry) {
                            std::string name = entry.param.name;
                            std::replace(name.begin(), name.end(), '-', '_');
@@ -60,21 +123,25 @@ INSTANTIATE_TEST_SUITE_P(All, OptimizerContract, testing::ValuesIn(allOptimizers
 
 TEST_P(OptimizerContract, SolvesTheSphereAndRosenbrock) {
   for (const bool box : {true, false}) {
-    const FunctionProblem easy = box ? boxed(5, sphere) : FunctionProblem(5, sphere);
-    const FunctionProblem hard = box ? boxed(5, rosenbrock) : FunctionProblem(5, rosenbrock);
+    const FunctionProblem plain_easy = box ? boxed(5, sphere) : FunctionProblem(5, sphere);
+    const FunctionProblem plain_hard = box ? boxed(5, rosenbrock) : FunctionProblem(5, rosenbrock);
+    const Problem& easy = suited(plain_easy);
+    const Problem& hard = suited(plain_hard);
     int solved = 0;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       const auto a = make(easy, {.seed = seed, .x0 = VectorXd::Constant(5, 1.7)});
-      EXPECT_EQ(minimise(easy, *a, {.budget = 5000, .target = 1e-8}).end, End::kTarget);
+      const int share = GetParam().family ? 6 : 1;  // a curve has more to find
+      EXPECT_EQ(minimise(easy, *a, {.budget = 5000 * share, .target = 1e-8}).end, End::kTarget);
       const auto b = make(hard, {.seed = seed, .x0 = VectorXd::Constant(5, 0.3)});
-      solved += minimise(hard, *b, {.budget = 30000, .target = 1e-8}).end == End::kTarget;
+      solved += minimise(hard, *b, {.budget = 30000 * share, .target = 1e-8}).end == End::kTarget;
     }
     EXPECT_GE(solved, 3);
   }
 }
 
 TEST_P(OptimizerContract, AskIsIdempotentAndInsideTheBounds) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto optimizer = make(problem, {.sigma = 1});
   std::vector<std::uint64_t> seen;
   for (int g = 0; g < 30; ++g) {
@@ -94,7 +161,8 @@ TEST_P(OptimizerContract, AskIsIdempotentAndInsideTheBounds) {
 }
 
 TEST_P(OptimizerContract, EqualSeedsGiveEqualRunsAndOthersOtherOnes) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto a = make(problem, {.seed = 5});
   const auto b = make(problem, {.seed = 5});
   const auto c = make(problem, {.seed = 6});
@@ -108,7 +176,8 @@ TEST_P(OptimizerContract, EqualSeedsGiveEqualRunsAndOthersOtherOnes) {
 }
 
 TEST_P(OptimizerContract, OtherInstancesDoNotMatter) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto alone = make(problem);
   for (int g = 0; g < 25; ++g) step(problem, *alone);
 
@@ -128,7 +197,8 @@ TEST_P(OptimizerContract, OtherInstancesDoNotMatter) {
 }
 
 TEST_P(OptimizerContract, ThreadsDoNotMatter) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   std::string states[2];
   for (const int threads : {1, 2}) {
     const auto optimizer = make(problem);
@@ -139,7 +209,8 @@ TEST_P(OptimizerContract, ThreadsDoNotMatter) {
 }
 
 TEST_P(OptimizerContract, TellsMayComeInAnyOrder) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto ordered = make(problem);
   const auto shuffled = make(problem);
   Random random(4);
@@ -155,7 +226,8 @@ TEST_P(OptimizerContract, TellsMayComeInAnyOrder) {
 }
 
 TEST_P(OptimizerContract, ResumesFromAnyPointToTheSameBits) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto whole = make(problem);
   for (int g = 0; g < 12; ++g) step(problem, *whole);
 
@@ -179,7 +251,8 @@ TEST_P(OptimizerContract, ResumesFromAnyPointToTheSameBits) {
 }
 
 TEST_P(OptimizerContract, RestoredStateIsToldWithoutBeingAsked) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto a = make(problem);
   for (int g = 0; g < 3; ++g) step(problem, *a);
   const std::vector<Candidate> open = a->ask();
@@ -193,14 +266,15 @@ TEST_P(OptimizerContract, RestoredStateIsToldWithoutBeingAsked) {
 }
 
 TEST_P(OptimizerContract, RestoreReplacesWhateverWasThere) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto a = make(problem);
   for (int g = 0; g < 3; ++g) step(problem, *a);
-  a->tell(a->ask()[2].id, {.cost = 3});
+  a->tell(a->ask()[2].id, costing(3));
   // One that is elsewhere, has asked, and has been told some of it.
   const auto b = make(problem);
   for (int g = 0; g < 8; ++g) step(problem, *b);
-  b->tell(b->ask()[0].id, {.cost = 1});
+  b->tell(b->ask()[0].id, costing(1));
   b->ask();
   b->restore(a->save());
   EXPECT_EQ(b->save(), a->save());
@@ -214,12 +288,14 @@ TEST_P(OptimizerContract, RestoreReplacesWhateverWasThere) {
 }
 
 TEST_P(OptimizerContract, RestoreRefusesForeignTextAndChangesNothing) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto optimizer = make(problem);
   for (int g = 0; g < 3; ++g) step(problem, *optimizer);
-  optimizer->tell(optimizer->ask()[1].id, {.cost = 3});
+  optimizer->tell(optimizer->ask()[1].id, costing(3));
   const std::string own = optimizer->save();
-  const FunctionProblem wider = boxed(6, sphere);
+  const FunctionProblem plain_wider = boxed(6, sphere);
+  const Problem& wider = suited(plain_wider);
   for (const std::string& text :
        {std::string(), std::string("{}"), own.substr(0, own.size() - 1), own + '\0',
         make(wider)->save(), make(problem, {.seed = 1234})->save()}) {
@@ -229,12 +305,13 @@ TEST_P(OptimizerContract, RestoreRefusesForeignTextAndChangesNothing) {
 }
 
 TEST_P(OptimizerContract, TellRefusesUnknownIdsAndChangesNothing) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   const auto optimizer = make(problem);
   const std::vector<Candidate> old = optimizer->ask();
   step(problem, *optimizer);
   const std::vector<Candidate> now = optimizer->ask();
-  optimizer->tell(now[0].id, {.cost = 1});
+  optimizer->tell(now[0].id, costing(1));
   const std::string before = optimizer->save();
   for (const std::uint64_t id : {old[0].id, now[0].id, now.back().id + 1, UINT64_MAX}) {
     EXPECT_THROW(optimizer->tell(id, {.cost = 0}), InputError) << id;
@@ -243,7 +320,8 @@ TEST_P(OptimizerContract, TellRefusesUnknownIdsAndChangesNothing) {
 }
 
 TEST_P(OptimizerContract, AllFailedGenerationsEndInAReportedStop) {
-  const Mixed problem;
+  const Mixed plain;
+  const Problem& problem = suited(plain);
   for (const bool from_the_start : {true, false}) {
     const auto optimizer = make(problem);
     if (!from_the_start) {
@@ -269,15 +347,21 @@ TEST_P(OptimizerContract, AllFailedGenerationsEndInAReportedStop) {
 
 TEST_P(OptimizerContract, CopesWithWhatTrialsMaySay) {
   // NaN and infinite costs, constraints always or never violated, ties.
-  const auto optimizer = make(Mixed());
+  const Mixed plain;
+  const Problem& problem = suited(plain);
+  const auto optimizer = make(problem);
   Random random(12);
   for (int g = 0; g < 200; ++g) {
     for (const Candidate& c : optimizer->ask()) {
       ASSERT_TRUE(c.x.allFinite());
       const double costs[] = {NAN, kInf, -kInf, 0, 1, 1e300, -1e300, c.x[0]};
-      optimizer->tell(c.id, {.cost = costs[random.below(8)],
-                             .violated = {random.below(2) == 0, true},
-                             .failed = random.below(10) == 0});
+      Evaluation e{.cost = costs[random.below(8)],
+                   .violated = {random.below(2) == 0, true},
+                   .failed = random.below(10) == 0};
+      for (int i = 0; i < problem.tasks().size(); ++i) {
+        e.task_costs.push_back(costs[random.below(8)]);
+      }
+      optimizer->tell(c.id, e);
     }
     if (optimizer->stopped()) {
       EXPECT_FALSE(std::isnan(optimizer->stopped()->value));
@@ -286,6 +370,7 @@ TEST_P(OptimizerContract, CopesWithWhatTrialsMaySay) {
 }
 
 TEST_P(OptimizerContract, FindsTheFeasiblePart) {
+  if (GetParam().family) GTEST_SKIP() << "families rank by cost alone";
   // Feasible is a quarter of the box; the cost alone leads away from it.
   class Corner : public FunctionProblem {
    public:
@@ -306,7 +391,8 @@ TEST_P(OptimizerContract, FindsTheFeasiblePart) {
 }
 
 TEST_P(OptimizerContract, RefusesWhatCannotBeUsed) {
-  const FunctionProblem problem = boxed(3, sphere);
+  const FunctionProblem plain = boxed(3, sphere);
+  const Problem& problem = suited(plain);
   EXPECT_THROW(make(problem, {.sigma = 0}), InputError);
   EXPECT_THROW(make(problem, {.sigma = NAN}), InputError);
   EXPECT_THROW(make(problem, {.lambda = -1}), InputError);
@@ -314,9 +400,12 @@ TEST_P(OptimizerContract, RefusesWhatCannotBeUsed) {
   EXPECT_THROW(make(problem, {.x0 = VectorXd::Constant(3, NAN)}), InputError);
   EXPECT_THROW(make(problem, {.x0 = VectorXd::Constant(3, 10)}), InputError);
   const FunctionProblem reversed(VectorXd::Ones(3), VectorXd::Zero(3), sphere);
-  EXPECT_THROW(make(reversed), InputError);
+  EXPECT_THROW(make(suited(reversed)), InputError);
   const FunctionProblem unknown(VectorXd::Constant(3, NAN), VectorXd::Ones(3), sphere);
-  EXPECT_THROW(make(unknown), InputError);
+  EXPECT_THROW(make(suited(unknown)), InputError);
+  if (GetParam().family) {
+    EXPECT_THROW(make(plain), InputError) << "no tasks";
+  }
 }
 
 }  // namespace

@@ -12,11 +12,18 @@ VectorXd Curve::at(double w) const {
   assert(points.cols() > 0);
   w = std::clamp(w, 0.0, 1.0);
   const int K = static_cast<int>(points.cols());
-  if (kind == Kind::kBezier) return points * bernstein(K, w);
-  if (K == 1) return points.col(0);
-  const int k = std::min(static_cast<int>(w * (K - 1)), K - 2);
-  const double t = w * (K - 1) - k;
-  return (1 - t) * points.col(k) + t * points.col(k + 1);
+  VectorXd x;
+  if (kind == Kind::kBezier) {
+    x = points * bernstein(K, w);
+  } else if (K == 1) {
+    x = points.col(0);
+  } else {
+    const int k = std::min(static_cast<int>(w * (K - 1)), K - 2);
+    const double t = w * (K - 1) - k;
+    x = (1 - t) * points.col(k) + t * points.col(k + 1);
+  }
+  for (int i = 0; i < x.size(); ++i) x[i] = bounds.fold(i, x[i]);
+  return x;
 }
 
 VectorXd bernstein(int K, double w) {

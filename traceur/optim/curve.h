@@ -3,11 +3,14 @@
 
 #include <Eigen/Core>
 
+#include "traceur/optim/bound_fold.h"
+
 namespace traceur::optim {
 
-/// x(w), w ∈ [0, 1] from the first task to the last.
+/// A path over w ∈ [0, 1], from the first task to the last:
+/// x(w) = fold(y(w)) with y(w)
 ///
-///     kBezier    x(w) = Σ_k C(K-1, k) w^k (1-w)^(K-1-k) p_k    K = 2 linear, K = 4 cubic
+///     kBezier    y(w) = Σ_k C(K-1, k) w^k (1-w)^(K-1-k) p_k    K = 2 linear, K = 4 cubic
 ///                                                              [Ha2015, §7.3.1]
 ///     kPolyline  straight from p_k, at w = k/(K-1), to p_{k+1}; K = 1: constant
 struct Curve {
@@ -15,8 +18,9 @@ struct Curve {
 
   Kind kind = Kind::kBezier;
   Eigen::MatrixXd points;  ///< (n x K) control points p_k, in columns
+  BoundFold bounds = {};   ///< keeps every point inside a box; none by default
 
-  /// (n). w outside [0, 1] is taken to the nearer end.
+  /// (n), folded into the bounds. w outside [0, 1] is taken to the nearer end.
   Eigen::VectorXd at(double w) const;
 };
 

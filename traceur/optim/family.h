@@ -21,7 +21,8 @@ struct Family {
 
 /// Seeks a curve x(w) with the least mean cost over Problem::tasks(). Candidates are single trials
 /// as ever, each scored for all tasks at once; a trial costs one evaluation whatever it is for, the
-/// points of the curve itself included. Contract: Optimizer's.
+/// points of the curve itself included. For each task, trials rank by its cost alone: what
+/// violating a constraint costs, the cost must say. Contract: Optimizer's.
 class FamilyOptimizer : public Optimizer {
  public:
   /// The best curve whose points have all been run, the first of equals; nothing before the first.

@@ -1,0 +1,542 @@
+#include "traceur/optim/contextual_cma.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "traceur/core/error.h"
+#include "traceur/core/hash.h"
+#include "traceur/optim/start.h"
+#include "traceur/optim/state.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr std::string_view kKind = "contextual";
+constexpr std::uint64_t kStateVersion = 1;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Samples of a generation [ours; 8 to 64 tried on Table 11's functions].
+constexpr int kDefaultLambda = 16;
+constexpr int kMaxLambda = 1'000'000;
+/// Tasks that a generation draws samples for, a share of λ: with fewer than 2.7 samples each, ranks
+/// say nothing once the tasks have moved apart. Of more tasks, one of each stretch [ours].
+constexpr double kTasksPerSample = 3.0 / 8;
+/// Largest standard deviation as a fraction of the distance between two bounds, as CmaEs.
+constexpr double kWidestStep = 1.0 / 3;
+/// Of a failed trial's negative weight, as CmaEs.
+constexpr double kWeightOfFailure = 0.5;
+/// Eigenvalues below this fraction of the largest are noise of rounding; they are raised to it.
+constexpr double kSmallestEigenvalue = 1e-14;
+/// σ·√(largest eigenvalue of C)/σ₀ beyond which the search runs away, as CmaEs.
+constexpr double kTolXUp = 1e4;
+/// The same below which a run may count as stagnating: it has settled somewhere [ours].
+constexpr double kSettled = 0.1;
+/// Generations in a row without a meaningful cost, as CmaEs.
+constexpr int kTolAllFailed = 20;
+
+template <typename... Args>
+[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
+  throw InputError("contextual: " + fmt::format(format, std::forward<Args>(args)...));
+}
+
+ContextualCmaOptions complete(ContextualCmaOptions o) {
+  const auto n = o.x0.size();
+  if (n == 0) refuse("expected x0 of at least one variable, got none");
+  if (!o.x0.allFinite()) refuse("x0 holds NaN or infinity");
+  if (!(o.sigma > 0 && std::isfinite(o.sigma))) {
+    refuse("expected a finite sigma > 0, got {}", o.sigma);
+  }
+  if (o.scale.size() == 0) o.scale = VectorXd::Ones(n);
+  if (o.scale.size() != n) refuse("expected scale({}) as x0, got scale({})", n, o.scale.size());
+  if (!((o.scale.array() > 0).all() && o.scale.allFinite())) {
+    refuse("expected a finite scale > 0");
+  }
+  if (o.lower.size() == 0) o.lower = VectorXd::Constant(n, -kInfinity);
+  if (o.upper.size() == 0) o.upper = VectorXd::Constant(n, kInfinity);
+  checkBounds(kKind, o.lower, o.upper, static_cast<int>(n));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!(o.lower[i] <= o.x0[i] && o.x0[i] <= o.upper[i])) {
+      refuse("x0[{}] = {} is outside [{}, {}]", i, o.x0[i], o.lower[i], o.upper[i]);
+    }
+  }
+  if (o.tasks.size() == 0) refuse("the problem has no tasks");
+  if (!o.tasks.allFinite()) refuse("a task is NaN or infinite");
+  for (Eigen::Index i = 1; i < o.tasks.size(); ++i) {
+    if (!(o.tasks[i - 1] < o.tasks[i])) refuse("expected tasks that rise");
+  }
+  if (o.control_points < 1 || o.control_points > o.tasks.size()) {
+    refuse("expected control points in [1, {}], the number of tasks, got {}", o.tasks.size(),
+           o.control_points);
+  }
+  if (o.lambda == 0) o.lambda = kDefaultLambda;
+  if (o.lambda < 4 || o.lambda > kMaxLambda) {
+    refuse("expected lambda in [4, {}], or 0 for the default, got {}", kMaxLambda, o.lambda);
+  }
+  if (!(o.curve_share > 0 && o.curve_share < 1)) {
+    refuse("expected curve_share in (0, 1), got {}", o.curve_share);
+  }
+  if (o.stagnation_curves == 0) o.stagnation_curves = 8 + static_cast<int>(n) / 2;
+  if (o.stagnation_curves < 1) {
+    refuse("expected stagnation_curves ≥ 1, or 0 for the default, got {}", o.stagnation_curves);
+  }
+  if (!(o.tolstagnation >= 0)) refuse("expected tolstagnation ≥ 0, got {}", o.tolstagnation);
+  if (!(o.tolx >= 0)) refuse("expected tolx ≥ 0, got {}", o.tolx);
+  if (o.max_restarts < 0) refuse("expected max_restarts ≥ 0, got {}", o.max_restarts);
+  if (!(o.lambda_factor >= 1)) refuse("expected lambda_factor ≥ 1, got {}", o.lambda_factor);
+  return o;
+}
+
+std::span<const double> numbers(const auto& m) {
+  return {m.data(), static_cast<size_t>(m.size())};
+}
+std::span<double> numbers(auto& m) {
+  return {m.data(), static_cast<size_t>(m.size())};
+}
+
+}  // namespace
+
+ContextualCma::ContextualCma(ContextualCmaOptions options)
+    : options_(complete(std::move(options))),
+      bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
+      Phi_(options_.control_points, options_.tasks.size()),
+      eigen_(static_cast<int>(options_.x0.size())) {
+  const VectorXd& t = options_.tasks;
+  for (Eigen::Index i = 0; i < t.size(); ++i) {
+    const double w = t.size() == 1 ? 0 : (t[i] - t[0]) / (t[t.size() - 1] - t[0]);
+    Phi_.col(i) = bernstein(options_.control_points, w);
+  }
+  state_.lambda = options_.lambda;
+  beginRun();
+}
+
+void ContextualCma::beginRun() {
+  const int n = dimension();
+  const int K = options_.control_points;
+  ContextualCmaState& s = state_;
+  s.updates = s.samples = s.curves = 0;
+  s.costs.clear();
+  s.sigma = options_.sigma;
+  s.C = MatrixXd::Identity(n, n);
+  s.p_sigma = MatrixXd::Zero(n, K);
+  s.p_c = MatrixXd::Zero(n, K);
+  VectorXd start(n);
+  Random random(options_.seed, UINT64_MAX, s.restarts);
+  for (int i = 0; i < n; ++i) {
+    const double l = options_.lower[i];
+    const double u = options_.upper[i];
+    double x = options_.x0[i];
+    if (s.restarts > 0) {  // somewhere else
+      x = std::isfinite(u - l)
+              ? random.uniform(l, u)
+              : std::clamp(x + s.sigma * options_.scale[i] * random.normal(), l, u);
+    }
+    start[i] = bounds_.unfold(i, x) / options_.scale[i];
+  }
+  s.A = start.replicate(1, K);
+  told_.assign(candidates(), std::nullopt);
+  told_count_ = 0;
+  drawn_ = false;
+}
+
+bool ContextualCma::curveIsDue() const {
+  return options_.curve_share * static_cast<double>(state_.samples) >=
+         static_cast<double>(state_.curves + 1) * tasks();
+}
+
+Curve ContextualCma::curve() const {
+  return {Curve::Kind::kBezier, options_.scale.asDiagonal() * state_.A, bounds_};
+}
+
+void ContextualCma::draw() {
+  const int n = dimension();
+  const int M = tasks();
+  eigen_.compute(state_.C);
+  D_ = eigen_.values().cwiseMax(kSmallestEigenvalue * eigen_.values().maxCoeff()).cwiseSqrt();
+  X_.resize(n, state_.lambda);
+  // One task of each stretch of tasks, in an order of its own each generation, so that a λ that is
+  // no multiple of their number favours none.
+  const int few =
+      std::clamp(static_cast<int>(kTasksPerSample * state_.lambda), options_.control_points, M);
+  Random pick(options_.seed, state_.generation, UINT64_MAX);
+  anchors_.resize(few);
+  for (int a = 0; a < few; ++a) {
+    const int first = a * M / few;
+    anchors_[a] = first + static_cast<int>(pick.below((a + 1) * M / few - first));
+  }
+  std::vector<int> order = anchors_;
+  for (int i = few - 1; i > 0; --i) std::swap(order[i], order[pick.below(i + 1)]);
+  VectorXd z(n);
+  for (int k = 0; k < state_.lambda; ++k) {
+    Random random(options_.seed, state_.generation, k);
+    for (int i = 0; i < n; ++i) z[i] = D_[i] * random.normal();
+    X_.col(k) = state_.A * Phi_.col(order[k % few]) + state_.sigma * (eigen_.vectors() * z);
+  }
+  drawn_ = true;
+}
+
+std::vector<Candidate> ContextualCma::ask() {
+  if (!drawn_) draw();
+  std::vector<Candidate> asked;
+  const Curve mean = curve();
+  for (int k = 0; k < static_cast<int>(told_.size()); ++k) {
+    if (told_[k]) continue;
+    VectorXd x(dimension());
+    if (k < state_.lambda) {
+      for (int i = 0; i < x.size(); ++i) x[i] = bounds_.fold(i, options_.scale[i] * X_(i, k));
+    } else {
+      const VectorXd& t = options_.tasks;
+      const int i = k - state_.lambda;
+      x = mean.at(t.size() == 1 ? 0 : (t[i] - t[0]) / (t[t.size() - 1] - t[0]));
+    }
+    asked.push_back({state_.trials + k, std::move(x)});
+  }
+  return asked;
+}
+
+void ContextualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
+  if (id < state_.trials || id - state_.trials >= told_.size()) {
+    refuse("no candidate {} in this generation, which has {} to {}", id, state_.trials,
+           state_.trials + told_.size() - 1);
+  }
+  auto& told = told_[id - state_.trials];
+  if (told) refuse("candidate {} has been told already", id);
+  std::vector<double> costs(tasks(), NAN);
+  if (!evaluation.failed && evaluation.task_costs.size() == costs.size()) {
+    for (size_t i = 0; i < costs.size(); ++i) {
+      const double c = evaluation.task_costs[i];
+      if (c < kInfinity) costs[i] = c;  // neither NaN nor +∞
+    }
+  } else if (!evaluation.failed) {
+    refuse("expected costs of {} tasks, got {}", tasks(), evaluation.task_costs.size());
+  }
+  told = std::move(costs);
+  if (++told_count_ == static_cast<int>(told_.size())) update();
+}
+
+void ContextualCma::update() {
+  if (!drawn_) draw();  // restored, and told without being asked
+  const int M = tasks();
+  if (static_cast<int>(told_.size()) > state_.lambda) noteCurve();
+  MatrixXd costs(M, state_.lambda);
+  bool anything = false;
+  for (int k = 0; k < state_.lambda; ++k) {
+    costs.col(k) = Eigen::Map<const VectorXd>(told_[k]->data(), M);
+    anything = anything || !costs.col(k).array().isNaN().all();
+  }
+  if (anything) adapt(costs);
+  ++state_.generation;
+  state_.trials += told_.size();
+  state_.samples += state_.lambda;
+  endRunIfDone(anything);
+  told_.assign(candidates(), std::nullopt);
+  told_count_ = 0;
+  drawn_ = false;
+}
+
+void ContextualCma::noteCurve() {
+  Family family{curve(), 0, {}};
+  for (int i = 0; i < tasks(); ++i) {
+    const double cost = (*told_[state_.lambda + i])[i];
+    family.task_costs.push_back(cost);
+    family.cost += cost / tasks();
+  }
+  ++state_.curves;
+  state_.costs.push_back(family.cost);
+  if (family.cost < (best_ ? best_->cost : kInfinity)) best_ = std::move(family);
+}
+
+void ContextualCma::adapt(const MatrixXd& all_costs) {
+  ContextualCmaState& s = state_;
+  const int n = dimension();
+  const int M = static_cast<int>(anchors_.size());
+  const int K = options_.control_points;
+  const int lambda = s.lambda;
+  const MatrixXd& B = eigen_.vectors();
+  const MatrixXd Phi = Phi_(Eigen::all, anchors_);
+  const MatrixXd costs = all_costs(anchors_, Eigen::all);
+
+  // Importance of each sample for each task, and its distance in units of the distribution.
+  MatrixXd squared(M, lambda);  // ‖C^(-1/2)(x_k - m_i)/σ‖²
+  for (int i = 0; i < M; ++i) {
+    const MatrixXd y = D_.cwiseInverse().asDiagonal() *
+                       (B.transpose() * (X_.colwise() - s.A * Phi.col(i))) / s.sigma;
+    squared.row(i) = y.colwise().squaredNorm();
+  }
+  MatrixXd r(M, lambda);
+  for (int k = 0; k < lambda; ++k) {
+    const double nearest = squared.col(k).minCoeff();
+    r.col(k) = (-(squared.col(k).array() - nearest) / 2).exp();
+    r.col(k) /= r.col(k).mean();
+  }
+
+  MatrixXd W = MatrixXd::Zero(M, lambda);         // positive weights, rows sum to 1
+  MatrixXd negative = MatrixXd::Zero(M, lambda);  // rows sum to -1
+  // How much a task has to say: nothing without samples near it, and no more than all others.
+  VectorXd heard = VectorXd::Zero(M);
+  std::vector<int> order(lambda);
+  for (int i = 0; i < M; ++i) {
+    std::iota(order.begin(), order.end(), 0);
+    const auto meaningful = std::stable_partition(order.begin(), order.end(),
+                                                  [&](int k) { return !std::isnan(costs(i, k)); });
+    std::stable_sort(order.begin(), meaningful,
+                     [&](int a, int b) { return costs(i, a) < costs(i, b); });
+    double total = 0;
+    for (auto k = order.begin(); k != meaningful; ++k) total += r(i, *k);
+    if (!(total > 0)) continue;
+    const double all = r.row(i).sum();
+    double before = 0;
+    for (auto k = order.begin(); k != order.end(); ++k) {
+      const double share = before + r(i, *k) / 2;
+      before += r(i, *k);
+      if (k < meaningful) {
+        W(i, *k) = r(i, *k) * std::max(0.0, -std::log(2 * share / total));
+      }
+      const double low = r(i, *k) * std::min(0.0, -std::log(2 * share / all));
+      negative(i, *k) = k < meaningful ? low : kWeightOfFailure * low;
+    }
+    const double sum = W.row(i).sum();
+    if (!(sum > 0)) {
+      W.row(i).setZero();
+      negative.row(i).setZero();
+      continue;
+    }
+    heard[i] = std::min(1.0, total / (0.5 * lambda));
+    W.row(i) /= sum;
+    const double below = -negative.row(i).sum();
+    if (below > 0) negative.row(i) /= below;
+  }
+  if (!(heard.sum() > 0)) return;
+  heard /= heard.sum();
+
+  // The curve's step. A trace of ridge keeps G regular when few tasks have anything to say.
+  MatrixXd G = MatrixXd::Zero(K, K);
+  MatrixXd moved = MatrixXd::Zero(n, K);  // Σ Δ_i φ_iᵀ
+  for (int i = 0; i < M; ++i) {
+    if (!(heard[i] > 0)) continue;
+    const VectorXd m = s.A * Phi.col(i);
+    moved += heard[i] * (X_ * W.row(i).transpose() - m) * Phi.col(i).transpose();
+    G += heard[i] * Phi.col(i) * Phi.col(i).transpose();
+  }
+  G += 1e-8 * G.trace() * MatrixXd::Identity(K, K);
+  const Eigen::LLT<MatrixXd> llt(G);
+  const MatrixXd dA = llt.solve(moved.transpose()).transpose();
+  const MatrixXd G_root = llt.matrixL();  // G = L Lᵀ: ΔA L has the norm of ΔA G^(1/2)
+  const MatrixXd PhiW = Phi * heard.asDiagonal() * W;  // (K x λ)
+  const double mu_w = K / (llt.solve(PhiW * PhiW.transpose())).trace();
+  const VectorXd pooled = W.transpose() * heard;
+  const double mu = 1 / pooled.squaredNorm();
+
+  const double N = n * K;
+  // The path forgets as fast as in n dimensions, though it has nK: a linear curve's other n follow
+  // a few samples each, and waiting for them costs a fifth of the trials [ours; Table 11's
+  // spheres].
+  const double c_sigma = (mu_w + 2) / (n + mu_w + 3);
+  const double d_sigma = 1 + 2 * std::max(0.0, std::sqrt((mu_w - 1) / (N + 1)) - 1) + c_sigma;
+  const double chi = std::sqrt(N) * (1 - 1 / (4 * N) + 1 / (21 * N * N));
+  const double c_c = (4 + mu / n) / (n + 4 + 2 * mu / n);
+  const double c_1 = 2 / ((n + 1.3) * (n + 1.3) + mu);
+  const double c_mu =
+      std::min(1 - c_1, 2 * (0.25 + mu + 1 / mu - 2) / ((n + 2.0) * (n + 2.0) + mu));
+
+  const MatrixXd step = dA * G_root / s.sigma;  // (n x K)
+  const MatrixXd whitened = B * (D_.cwiseInverse().asDiagonal() * (B.transpose() * step));
+  s.A += dA;
+  ++s.updates;
+  s.p_sigma = (1 - c_sigma) * s.p_sigma + std::sqrt(c_sigma * (2 - c_sigma) * mu_w) * whitened;
+  const double length = s.p_sigma.norm();
+  const double settled = std::sqrt(1 - std::pow(1 - c_sigma, 2 * static_cast<double>(s.updates)));
+  const bool h_sigma = length / settled < (1.4 + 2 / (N + 1)) * chi;
+  s.p_c *= 1 - c_c;
+  if (h_sigma) s.p_c += std::sqrt(c_c * (2 - c_c) * mu_w) * step;
+
+  // Negative weights as in CMA-ES: their sum bounded, each step scaled to the length of a sample.
+  const double negative_norm = (negative.transpose() * heard).squaredNorm();
+  const double mu_minus = negative_norm > 0 ? 1 / negative_norm : 0;
+  const double alpha =
+      std::min({1 + c_1 / c_mu, 1 + 2 * mu_minus / (mu + 2), (1 - c_1 - c_mu) / (n * c_mu)});
+  const double delta = h_sigma ? 0 : c_c * (2 - c_c);
+  MatrixXd learned = MatrixXd::Zero(n, n);
+  double weight_sum = 0;
+  for (int i = 0; i < M; ++i) {
+    if (!(heard[i] > 0)) continue;
+    const MatrixXd Y = (X_.colwise() - (s.A - dA) * Phi.col(i)) / s.sigma;
+    VectorXd w = W.row(i).transpose();
+    for (int k = 0; k < lambda; ++k) {
+      const double low = alpha * negative(i, k);
+      weight_sum += heard[i] * (w[k] + low);
+      w[k] += low * n / std::max(squared(i, k), 1e-300);
+    }
+    learned += Y * (heard[i] * w).asDiagonal() * Y.transpose();
+  }
+  s.C = (1 + c_1 * delta - c_1 - c_mu * weight_sum) * s.C + c_1 / K * s.p_c * s.p_c.transpose() +
+        c_mu * learned;
+  s.C = (s.C + s.C.transpose()).eval() / 2;
+
+  s.sigma *= std::exp(std::min(1.0, c_sigma / d_sigma * (length / chi - 1)));
+
+  for (int i = 0; i < n; ++i) {
+    const double width = bounds_.width(i);
+    if (!std::isfinite(width)) continue;
+    const double widest = std::max(kWidestStep * width / options_.scale[i], options_.sigma);
+    const double now = s.sigma * std::sqrt(s.C(i, i));
+    if (!(now > widest)) continue;
+    s.C.row(i) *= widest / now;
+    s.C.col(i) *= widest / now;
+    s.p_c.row(i) *= widest / now;
+  }
+}
+
+void ContextualCma::endRunIfDone(bool anything) {
+  ContextualCmaState& s = state_;
+  s.all_failed = anything ? 0 : s.all_failed + 1;
+  std::optional<Stop> end;
+  eigen_.compute(s.C);
+  const double smallest = eigen_.values().minCoeff();
+  const double largest = eigen_.values().maxCoeff();
+  const double size = s.sigma * std::sqrt(std::max(0.0, largest)) / options_.sigma;
+  if (s.all_failed >= kTolAllFailed) {
+    end = Stop{"tolallfailed", static_cast<double>(s.all_failed), kTolAllFailed};
+  } else if (!(smallest > kSmallestEigenvalue * largest)) {
+    end = Stop{"conditioncov", smallest > 0 ? largest / smallest : kInfinity,
+               1 / kSmallestEigenvalue};
+  } else if (size < options_.tolx) {
+    end = Stop{"tolx", size, options_.tolx};
+  } else if (size > kTolXUp) {
+    end = Stop{"tolxup", size, kTolXUp};
+  } else if (const size_t half = options_.stagnation_curves;
+             s.costs.size() > 2 * half && size < kSettled) {
+    const double before = *std::min_element(s.costs.begin(), s.costs.end() - half);
+    const double now = *std::min_element(s.costs.end() - half, s.costs.end());
+    const double gain = (before - now) / std::max(std::abs(before), 1e-300);
+    if (gain < options_.tolstagnation) end = Stop{"tolstagnation", gain, options_.tolstagnation};
+  }
+  if (!end) return;
+  if (s.restarts >= options_.max_restarts || s.all_failed > 0) {
+    s.stop = end;
+    return;
+  }
+  ++s.restarts;
+  s.all_failed = 0;
+  s.lambda = static_cast<int>(std::min<double>(s.lambda * options_.lambda_factor, kMaxLambda));
+  beginRun();
+}
+
+std::uint64_t ContextualCma::fingerprint() const {
+  StateWriter w("options", kStateVersion);
+  const ContextualCmaOptions& o = options_;
+  for (const VectorXd* v : {&o.tasks, &o.x0, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
+  for (const double v : {o.sigma, o.curve_share, o.tolx, o.tolstagnation, o.lambda_factor})
+    w.real(v);
+  for (const int v : {o.control_points, o.lambda, o.max_restarts, o.stagnation_curves})
+    w.integer(v);
+  w.integer(o.seed);
+  Hash hash;
+  hash.add(w.finish());
+  return hash.value();
+}
+
+std::string ContextualCma::save() const {
+  const ContextualCmaState& s = state_;
+  StateWriter w(kKind, kStateVersion);
+  w.integer(dimension());
+  w.integer(tasks());
+  w.integer(fingerprint());
+  for (const std::uint64_t v :
+       {s.generation, s.trials, s.updates, s.samples, s.curves,
+        static_cast<std::uint64_t>(s.restarts), static_cast<std::uint64_t>(s.lambda),
+        static_cast<std::uint64_t>(s.all_failed)}) {
+    w.integer(v);
+  }
+  w.real(s.sigma);
+  for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) w.reals(numbers(*m));
+  w.reals(s.costs);
+  w.integer(s.stop.has_value());
+  if (s.stop) {
+    w.text(s.stop->reason);
+    w.real(s.stop->value);
+    w.real(s.stop->limit);
+  }
+  w.integer(best_.has_value());
+  if (best_) {
+    w.reals(numbers(best_->curve.points));
+    w.real(best_->cost);
+    w.reals(best_->task_costs);
+  }
+  w.integer(told_.size());
+  for (const auto& told : told_) w.reals(told ? *told : std::vector<double>());
+  return w.finish();
+}
+
+void ContextualCma::restore(std::string_view text) {
+  StateReader r(text, kKind, kStateVersion);
+  const std::uint64_t n = r.integer();
+  const std::uint64_t M = r.integer();
+  if (n != static_cast<std::uint64_t>(dimension()) || M != static_cast<std::uint64_t>(tasks())) {
+    refuse("cannot restore a state of n = {}, {} tasks; expected n = {}, {} tasks", n, M,
+           dimension(), tasks());
+  }
+  if (r.integer() != fingerprint()) {
+    refuse("cannot restore a state saved under other options (seed, x0, sigma, bounds, …)");
+  }
+  ContextualCmaState s = state_;
+  for (std::uint64_t* v : {&s.generation, &s.trials, &s.updates, &s.samples, &s.curves}) {
+    *v = r.integer();
+  }
+  s.restarts = static_cast<int>(r.integer());
+  s.lambda = static_cast<int>(r.integer());
+  s.all_failed = static_cast<int>(r.integer());
+  s.sigma = r.real();
+  for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.reals(numbers(*m));
+  s.costs = r.reals();
+  s.stop.reset();
+  if (r.integer() != 0) {
+    s.stop.emplace();
+    s.stop->reason = r.text();
+    s.stop->value = r.real();
+    s.stop->limit = r.real();
+  }
+  std::optional<Family> best;
+  if (r.integer() != 0) {
+    best.emplace();
+    best->curve = {Curve::Kind::kBezier, MatrixXd(dimension(), options_.control_points), bounds_};
+    r.reals(numbers(best->curve.points));
+    best->cost = r.real();
+    best->task_costs = r.reals();
+  }
+  std::vector<std::optional<std::vector<double>>> all_told(r.integer());
+  int count = 0;
+  for (auto& told : all_told) {
+    std::vector<double> costs = r.reals();
+    if (costs.empty()) continue;
+    told = std::move(costs);
+    ++count;
+  }
+  r.finish();
+  state_ = std::move(s);
+  best_ = std::move(best);
+  told_ = std::move(all_told);
+  told_count_ = count;
+  drawn_ = false;
+}
+
+std::unique_ptr<FamilyOptimizer> makeContextualCma(const Problem& problem,
+                                                   const FamilyOptions& options) {
+  Start start = startOf(problem, options.x0);
+  return std::make_unique<ContextualCma>(
+      ContextualCmaOptions{.tasks = problem.tasks(),
+                           .x0 = std::move(start.x0),
+                           .sigma = options.sigma,
+                           .scale = std::move(start.scale),
+                           .lower = problem.lower(),
+                           .upper = problem.upper(),
+                           .control_points = options.control_points,
+                           .lambda = options.lambda,
+                           .seed = options.seed});
+}
+
+}  // namespace traceur::optim

@@ -1,0 +1,162 @@
+#include "traceur/optim/contextual_cma.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "traceur/core/error.h"
+#include "traceur/optim/minimise.h"
+
+namespace traceur::optim {
+namespace {
+
+/// ‖x - c(w)‖² with c on a straight segment, or on a parabola.
+class Moving : public Problem {
+ public:
+  Moving(int n, int tasks, bool bent) : n_(n), tasks_(tasks), bent_(bent) {}
+  VectorXd lower() const override { return VectorXd::Constant(n_, -1); }
+  VectorXd upper() const override { return VectorXd::Constant(n_, 1); }
+  VectorXd tasks() const override { return VectorXd::LinSpaced(tasks_, 3, 8); }
+  VectorXd optimum(double w) const {
+    VectorXd c = VectorXd::LinSpaced(n_, -0.4, 0.4) * (1 - w);
+    if (bent_) c[0] += 0.6 * w * w;
+    return c;
+  }
+  Evaluation evaluate(const VectorXd& x) const override {
+    Evaluation e{.cost = 0};
+    for (int i = 0; i < tasks_; ++i) {
+      e.task_costs.push_back((x - optimum(i / (tasks_ - 1.0))).squaredNorm());
+      e.cost += e.task_costs.back() / tasks_;
+    }
+    return e;
+  }
+
+ private:
+  int n_, tasks_;
+  bool bent_;
+};
+
+std::unique_ptr<FamilyOptimizer> made(const Problem& p, const FamilyOptions& o = {}) {
+  return makeContextualCma(p, o);
+}
+
+TEST(ContextualCma, FindsAMovingOptimumBetweenTheTasksToo) {
+  const Moving problem(5, 6, false);
+  const auto optimizer = made(problem);
+  const Summary s = minimise(problem, *optimizer, {.budget = 4000, .target = 1e-8});
+  ASSERT_EQ(s.end, End::kTarget);
+  for (double w = 0; w <= 1; w += 0.05) {
+    EXPECT_LT((optimizer->best()->curve.at(w) - problem.optimum(w)).norm(), 1e-3) << w;
+  }
+}
+
+TEST(ContextualCma, ACubicFollowsWhatALineCannot) {
+  const Moving problem(4, 6, true);
+  const auto line = made(problem);
+  const auto cubic = made(problem, {.control_points = 4});
+  minimise(problem, *line, {.budget = 4000});
+  minimise(problem, *cubic, {.budget = 4000});
+  EXPECT_GT(line->best()->cost, 1e-4);
+  EXPECT_LT(cubic->best()->cost, 1e-6);
+}
+
+TEST(ContextualCma, ReportsOnlyMeasuredCosts) {
+  const Moving problem(3, 6, false);
+  const auto optimizer = made(problem);
+  EXPECT_FALSE(optimizer->best());
+  minimise(problem, *optimizer, {.budget = 400});
+  const Family best = *optimizer->best();
+  double mean = 0;
+  for (int i = 0; i < 6; ++i) {
+    const Evaluation e = problem.evaluate(best.curve.at(i / 5.0));
+    EXPECT_DOUBLE_EQ(e.task_costs[i], best.task_costs[i]);
+    mean += e.task_costs[i] / 6;
+  }
+  EXPECT_NEAR(best.cost, mean, 1e-15);
+}
+
+TEST(ContextualCma, MoreTasksCostHardlyMore) {
+  const auto trials = [](int tasks) {
+    int total = 0;
+    for (std::uint64_t seed = 1; seed <= 9; ++seed) {
+      const Moving problem(6, tasks, false);
+      const auto optimizer = made(problem, {.seed = seed});
+      total +=
+          minimise(problem, *optimizer, {.budget = 20000, .target = 1e-6}).progress.evaluations;
+    }
+    return total;
+  };
+  EXPECT_LT(trials(21), 1.2 * trials(6));
+}
+
+TEST(ContextualCma, StaysInsideTheBoxWhenTheOptimumLeavesIt) {
+  class Outside : public Moving {
+   public:
+    Outside() : Moving(2, 3, false) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      EXPECT_TRUE((x.array().abs() <= 1).all()) << x.transpose();
+      Evaluation e{.cost = 0};
+      for (int i = 0; i < 3; ++i) e.task_costs.push_back((x.array() - 2).square().sum() + i * x[0]);
+      return e;
+    }
+  };
+  const Outside problem;
+  const auto optimizer = made(problem);
+  minimise(problem, *optimizer, {.budget = 2000});
+  for (const double w : {0.0, 0.5, 1.0}) {
+    EXPECT_NEAR(optimizer->best()->curve.at(w)[1], 1, 1e-3);
+  }
+}
+
+TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
+  /// A wide basin with a floor of 1 and a narrow one that leads to 0.
+  class Trap : public Moving {
+   public:
+    Trap() : Moving(2, 3, false) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      const double wide = 1 + (x.array() - 0.5).square().sum();
+      const double narrow = 20 * (x.array() + 0.6).square().sum();
+      Evaluation e{.cost = std::min(wide, narrow)};
+      e.task_costs.assign(3, e.cost);
+      return e;
+    }
+  };
+  const Trap problem;
+  int reached = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    ContextualCma optimizer({.tasks = problem.tasks(),
+                             .x0 = VectorXd::Constant(2, 0.5),
+                             .sigma = 0.1,
+                             .lower = problem.lower(),
+                             .upper = problem.upper(),
+                             .seed = seed});
+    const Summary s = minimise(problem, optimizer, {.budget = 20000, .target = 1e-3});
+    reached += s.end == End::kTarget;
+    EXPECT_EQ(optimizer.state().lambda, 16 << optimizer.state().restarts);
+  }
+  EXPECT_GE(reached, 4);
+}
+
+TEST(ContextualCma, SaysWhyItStoppedWhenRestartsAreSpent) {
+  const Moving problem(2, 3, false);
+  ContextualCma optimizer({.tasks = problem.tasks(), .x0 = VectorXd::Zero(2), .max_restarts = 0});
+  const Summary s = minimise(problem, optimizer, {.budget = 100000});
+  EXPECT_EQ(s.end, End::kOptimizer);
+  EXPECT_EQ(s.stop.reason, "tolx");
+  EXPECT_LT(s.stop.value, s.stop.limit);
+}
+
+TEST(ContextualCma, RefusesWhatCannotBeUsed) {
+  const VectorXd x0 = VectorXd::Zero(2);
+  const VectorXd tasks = VectorXd::LinSpaced(3, 0, 1);
+  EXPECT_THROW(ContextualCma({.tasks = {}, .x0 = x0}), InputError);
+  EXPECT_THROW(ContextualCma({.tasks = VectorXd::Zero(3), .x0 = x0}), InputError);
+  EXPECT_THROW(ContextualCma({.tasks = tasks, .x0 = x0, .control_points = 4}), InputError);
+  EXPECT_THROW(ContextualCma({.tasks = tasks, .x0 = x0, .lambda = 3}), InputError);
+  ContextualCma optimizer({.tasks = tasks, .x0 = x0});
+  EXPECT_THROW(optimizer.tell(optimizer.ask()[0].id, {.cost = 1, .task_costs = {1, 2}}),
+               InputError);
+}
+
+}  // namespace
+}  // namespace traceur::optim

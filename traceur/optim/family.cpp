@@ -1,0 +1,29 @@
+#include "traceur/optim/family.h"
+
+#include <fmt/format.h>
+
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+#include "traceur/optim/contextual_cma.h"
+
+namespace traceur::optim {
+
+const std::vector<FamilyOptimizerEntry>& allFamilyOptimizers() {
+  static const std::vector<FamilyOptimizerEntry> kAll = {
+      {"contextual", "One normal distribution along a curve; every trial teaches all tasks.",
+       makeContextualCma},
+  };
+  return kAll;
+}
+
+const FamilyOptimizerEntry& findFamilyOptimizer(std::string_view name) {
+  std::vector<std::string> names;
+  for (const FamilyOptimizerEntry& entry : allFamilyOptimizers()) {
+    if (entry.name == name) return entry;
+    names.push_back(entry.name);
+  }
+  throw InputError(fmt::format("no optimiser of families \"{}\".{} There is: {}", name,
+                               didYouMean(name, names), join(names)));
+}
+
+}  // namespace traceur::optim
