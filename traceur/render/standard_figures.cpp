@@ -160,7 +160,7 @@ Figure contactFigure(const sim::Recording& recording) {
   for (size_t i = 0; i < n; ++i) {
     for (const sim::Contact& c : recording.frames[i].contacts) {
       const auto add = [&](sim::BodyId body, sim::BodyId other, double f) {
-        if (!isRobot(*model, body) || isRobot(*model, other)) return;
+        if (!model->isRobot(body) || model->isRobot(other)) return;
         std::vector<double>& sum = force[body.value];
         sum.resize(n);
         sum[i] += f;

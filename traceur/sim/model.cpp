@@ -75,8 +75,11 @@ Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
   }
   const mjModel* m = model_;
   // The robot comes first in the document, so its root is the first body that floats; a robot
-  // bolted to the world has the first body as root.
-  for (int b = 1; b < m->nbody && root_.value < 0; ++b) {
+  // bolted to the world has the first body as root. Props without a robot stand in for one.
+  const int numeric = mj_name2id(m, mjOBJ_NUMERIC, kPropsName);
+  const int count = numeric < 0 ? 0 : static_cast<int>(m->numeric_data[m->numeric_adr[numeric]]);
+  const int props = m->nbody - count;
+  for (int b = 1; b < (props > 1 ? props : m->nbody) && root_.value < 0; ++b) {
     if (m->body_parentid[b] == 0 && m->body_jntnum[b] > 0 &&
         m->jnt_type[m->body_jntadr[b]] == mjJNT_FREE) {
       root_.value = b;
@@ -86,7 +89,7 @@ Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
   if (root_.value < 0) root_.value = m->nbody > 1 ? 1 : 0;
   constexpr double kNone = std::numeric_limits<double>::infinity();
   for (int j = 0; j < m->njnt; ++j) {
-    if (m->body_rootid[m->jnt_bodyid[j]] != m->body_rootid[root_.value]) continue;
+    if (!isRobot({m->jnt_bodyid[j]})) continue;
     if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
     Joint joint;
     const char* name = mj_id2name(m, mjOBJ_JOINT, j);
@@ -182,6 +185,10 @@ BodyId Model::parent(BodyId body) const {
 bool Model::isStatic(BodyId body) const {
   return model_->body_weldid[body.value] == 0;
 }
+bool Model::isRobot(BodyId body) const {
+  return body.value > 0 && body.value < model_->nbody &&
+         model_->body_rootid[body.value] == model_->body_rootid[root_.value];
+}
 double Model::bodyMass(BodyId body) const {
   return model_->body_mass[body.value];
 }
@@ -214,7 +221,7 @@ State Model::stateOf(const Pose& pose) const {
   double lowest = std::numeric_limits<double>::infinity();
   for (int g = 0; g < model_->ngeom; ++g) {
     const bool collides = model_->geom_contype[g] || model_->geom_conaffinity[g];
-    if (collides && model_->body_rootid[model_->geom_bodyid[g]] == root_.value) {
+    if (collides && isRobot({model_->geom_bodyid[g]})) {
       lowest = std::min(lowest, lowestPoint(model_, d, g));
     }
   }

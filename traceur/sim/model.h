@@ -67,6 +67,9 @@ class Model {
   BodyId parent(BodyId body) const;
   /// The world and everything fixed to it has mass 0 and never moves.
   bool isStatic(BodyId body) const;
+  /// Whether a body belongs to the robot: the root and all that hangs on it. False for an id that
+  /// the model does not have.
+  bool isRobot(BodyId body) const;
   double bodyMass(BodyId body) const;  ///< [kg]
 
   /// The robot's hinges and slides, in the order of v. Props' joints are not among them.

@@ -370,6 +370,11 @@ std::string composeMjcf(const Scene& scene) {
   XMLElement* world = root->InsertNewChildElement("worldbody");
   if (scene.ground) addGround(world, scene.ground_material);
   for (const Prop& p : scene.props) addProp(world, p);
+  if (!scene.props.empty()) {
+    XMLElement* count = root->InsertNewChildElement("custom")->InsertNewChildElement("numeric");
+    count->SetAttribute("name", kPropsName);
+    count->SetAttribute("data", static_cast<int>(scene.props.size()));
+  }
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
   return printer.CStr();

@@ -56,4 +56,8 @@ struct Scene {
 /// @throws InputError naming the file and what is wrong in it
 std::string composeMjcf(const Scene& scene);
 
+/// Name of the `<numeric>` with the number of props, whose bodies are the document's last: what is
+/// before them is the robot's.
+inline constexpr const char* kPropsName = "traceur_props";
+
 }  // namespace traceur::sim

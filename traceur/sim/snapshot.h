@@ -47,8 +47,8 @@ class Snapshot {
   const std::vector<Contact>& contacts() const { return contacts_; }
   /// Whether anything but the robot itself presses on the robot.
   bool touchesWorld() const;
-  /// Centre of pressure of all contacts with the static world, weighted by the vertical force:
-  /// p = Σ f_z p / Σ f_z. None in flight. [Popovic2005]
+  /// Centre of pressure of the robot's contacts with the static world, weighted by the vertical
+  /// force: p = Σ f_z p / Σ f_z. None in flight. [Popovic2005]
   std::optional<Vector3d> cop() const;
   /// Convex hull of the robot's contacts with the static world, counter-clockwise, (x, y) [m].
   std::vector<Vector2d> supportPolygon() const;
@@ -74,6 +74,8 @@ class Snapshot {
 
  private:
   friend class World;
+  /// Sign of the contact's force on the robot if the static world presses on it, else 0.
+  int support(const Contact& c) const;
   void capture();  // reads contacts and joint forces while the engine still has them
 
   const Model* model_ = nullptr;
