@@ -21,7 +21,7 @@ namespace traceur::control {
 ///     body.NAME.x                origin of a body [m];  body_velocity.NAME.x [m/s]
 ///     joint.NAME                 angle [rad];  joint_velocity.NAME [rad/s]
 ///     contact.NAME               how many points of a body or a group of the robot's file touch
-///                                anything outside the group's robot
+///                                something else; a robot's bodies: something that is not the robot
 ///     contact.robot              of any of its bodies
 ///     contact_force.NAME         vertical force on them [N]
 class Signals {
