@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "traceur/control/expression.h"
 #include "traceur/core/error.h"
 
 namespace traceur::control {
@@ -167,6 +168,7 @@ std::vector<std::string> Signals::names() const {
     out.push_back("joint." + j.name);
     out.push_back("joint_velocity." + j.name);
   }
+  std::erase_if(out, [](const std::string& name) { return !Expression::isName(name); });
   return out;
 }
 

@@ -30,7 +30,8 @@ class Signals {
 
   /// The place of a signal, valid as long as this object; null if there is no such signal.
   const double* find(const std::string& name);
-  /// Examples of every kind for this model, for messages and did-you-mean.
+  /// Examples of every kind for this model, for messages and did-you-mean; without those whose body
+  /// or joint has a name that no expression can spell, such as one with '-'.
   std::vector<std::string> names() const;
 
   void update(const sim::Snapshot& s);
