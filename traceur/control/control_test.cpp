@@ -78,6 +78,23 @@ TEST(StablePd, NeverAsksMoreThanTheLimit) {
   EXPECT_NEAR(tau.tail(16).cwiseAbs().maxCoeff(), 0.6, 1e-12);
 }
 
+TEST(StablePd, ClampsTheSumOrItsOwnPartOnce) {
+  const auto model = bioloid();
+  sim::World world(model);
+  world.reset(model->initialState());
+  StablePd pd = defaultController(model);
+  const JointTarget far{VectorXd::Constant(16, 2.0)};  // asks for all of 0.6 N·m
+  const int d = model->joints()[0].v;
+  const auto torque = [&](StablePd::Clamp clamp) {
+    VectorXd tau = VectorXd::Zero(model->nv());
+    tau[d] = -0.5;
+    pd.addTorque(world.snapshot(), far, tau, clamp);
+    return tau[d];
+  };
+  EXPECT_NEAR(torque(StablePd::Clamp::kSum), 0.6, 1e-12);
+  EXPECT_NEAR(torque(StablePd::Clamp::kOwn), 0.1, 1e-12);
+}
+
 TEST(LimitedTorque, ClampsFadesAndNeverReducesBraking) {
   const JointLimit limit{2, 10, -1, 1};
   EXPECT_EQ(limitedTorque(5, 0, limit), 2);
@@ -88,6 +105,9 @@ TEST(LimitedTorque, ClampsFadesAndNeverReducesBraking) {
   EXPECT_EQ(limitedTorque(-5, 12, limit), -2);
   const JointLimit none{INFINITY, INFINITY, -1, 1};
   EXPECT_EQ(limitedTorque(5e9, 1e9, none), 5e9);
+  const JointLimit fast{INFINITY, 10, -1, 1};  // a speed limit alone
+  EXPECT_EQ(limitedTorque(5, 12, fast), 0);
+  EXPECT_EQ(limitedTorque(-5, 12, fast), -5);
 }
 
 TEST(ToMotors, DropsTheRootAndOnlyTheRoot) {

@@ -205,13 +205,8 @@ struct Runner::Impl {
     }
     tau.setZero();
     for (const BoundForce& f : p.forces) f.force.addTorque(s, tau);
-    pd.addTorque(s, target, tau);
-    if (!p.forces.empty() && skill->phases[phase].limited) {
-      for (size_t i = 0; i < pd.limits().size(); ++i) {
-        const int d = skill->model->joints()[i].v;
-        tau[d] = control::limitedTorque(tau[d], s.v()[d], pd.limits()[i]);
-      }
-    }
+    using Clamp = control::StablePd::Clamp;
+    pd.addTorque(s, target, tau, skill->phases[phase].limited ? Clamp::kSum : Clamp::kOwn);
     control::toMotors(*skill->model, tau, command);
   }
 
