@@ -60,6 +60,14 @@ double lowestPoint(const mjModel* m, const mjData* d, int geom) {
   }
 }
 
+/// Whether a command of 1 to an actuator is 1 N·m (N) at a joint.
+bool isPlainMotor(const mjModel* m, int a) {
+  return m->actuator_trntype[a] == mjTRN_JOINT && m->actuator_gear[6 * a] == 1 &&
+         m->actuator_dyntype[a] == mjDYN_NONE && m->actuator_gaintype[a] == mjGAIN_FIXED &&
+         m->actuator_gainprm[mjNGAIN * a] == 1 && m->actuator_biastype[a] == mjBIAS_NONE &&
+         !m->actuator_ctrllimited[a] && !m->actuator_forcelimited[a];
+}
+
 }  // namespace
 
 std::string engineVersion() {
@@ -96,8 +104,9 @@ Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
     joint.name = name ? name : fmt::format("joint {}", j);
     joint.q = m->jnt_qposadr[j];
     joint.v = m->jnt_dofadr[j];
+    joint.slides = m->jnt_type[j] == mjJNT_SLIDE;
     for (int a = 0; a < m->nu; ++a) {
-      if (m->actuator_trntype[a] == mjTRN_JOINT && m->actuator_trnid[2 * a] == j) joint.motor = a;
+      if (isPlainMotor(m, a) && m->actuator_trnid[2 * a] == j) joint.motor = a;
     }
     joint.limit = {kNone, kNone, -kNone, kNone};
     if (m->jnt_limited[j]) {

@@ -24,22 +24,25 @@ struct BodyId {
   bool operator==(const BodyId&) const = default;
 };
 
-/// A hinge or slide joint with the motor that drives it.
+/// A hinge or slide joint with the motor that drives it: a command of 1 is 1 N·m, for a slide 1 N.
 struct Joint {
   std::string name;
-  int q = -1;        ///< index in q (nq)
-  int v = -1;        ///< index in v (nv)
-  int motor = -1;    ///< index in the motor command (nu); -1: not actuated
-  JointLimit limit;  ///< infinite where the robot does not say
+  bool slides = false;  ///< along its axis [m, N] instead of turning about it [rad, N·m]
+  int q = -1;           ///< index in q (nq)
+  int v = -1;           ///< index in v (nv)
+  int motor = -1;       ///< index in the motor command (nu); -1: not actuated
+  JointLimit limit;     ///< infinite where the robot does not say
 };
 
 /// Generalised position and velocity at a time: what a world can be put into.
 struct State {
   double time = 0;  ///< [s]
-  VectorXd q;       ///< (nq) [m, quaternion w x y z, rad]
-  VectorXd v;       ///< (nv) [m/s in world axes, rad/s; root rotation in body axes]
+  VectorXd q;       ///< (nq) [m, quaternion w x y z, rad | m]
+  VectorXd v;       ///< (nv) [m/s in world axes, rad/s | m/s; root rotation in body axes]
 };
 
+/// What a robot and its scene are made of, and by which number each part is known: immutable, so
+/// that any number of worlds on any threads can share one.
 class Model {
  public:
   /// @throws InputError: what MuJoCo or we found wrong, with the file

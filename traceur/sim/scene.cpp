@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <set>
 
 #include "traceur/core/toml.h"
@@ -159,60 +160,117 @@ std::string mjcfOfUrdf(XMLElement* robot, const fs::path& file) {
   return mjcf;
 }
 
-void scaleMasses(XMLElement* mujoco, double factor) {
-  forEachElement(mujoco, [&](XMLElement* e) {
-    if (std::strcmp(e->Name(), "inertial") != 0) return;
-    for (const char* name : {"mass", "diaginertia", "fullinertia"}) {
-      const char* text = e->Attribute(name);
-      if (!text) continue;
-      std::string scaled;
-      for (const char* at = text; *at;) {
-        char* end = nullptr;
-        const double value = std::strtod(at, &end);
-        if (end == at) break;
-        scaled += fmt::format("{}{}", scaled.empty() ? "" : " ", value * factor);
-        at = end;
+using Compiled = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
+
+Compiled compile(const XMLDocument& document, const fs::path& file) {
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  std::string error;
+  Compiled model(loadXmlText(printer.CStr(), error), mj_deleteModel);
+  if (!model) fail(file, nullptr, error);
+  return model;
+}
+
+/// Removes the actuators of joints, which get motors of their own, the sensors of those actuators,
+/// and the key frames, whose sizes another actuator or a prop would make wrong.
+void removeActuators(XMLElement* mujoco) {
+  const auto removeIf = [&](const char* section, const auto& condition) {
+    for (XMLElement* s = mujoco->FirstChildElement(section); s;
+         s = s->NextSiblingElement(section)) {
+      for (XMLElement* e = s->FirstChildElement(); e;) {
+        XMLElement* next = e->NextSiblingElement();
+        if (condition(*e)) s->DeleteChild(e);
+        e = next;
       }
-      e->SetAttribute(name, scaled.c_str());
+    }
+  };
+  std::set<std::string> removed;
+  removeIf("actuator", [&](const XMLElement& e) {
+    if (!e.Attribute("joint") && !e.Attribute("jointinparent")) return false;
+    if (const char* name = e.Attribute("name")) removed.insert(name);
+    return true;
+  });
+  removeIf("sensor", [&](const XMLElement& e) {
+    const char* actuator = e.Attribute("actuator");
+    return actuator && removed.contains(actuator);
+  });
+  removeIf("keyframe", [](const XMLElement&) { return true; });
+}
+
+void scaleNumbers(XMLElement* e, const char* name, double factor) {
+  const char* text = e->Attribute(name);
+  if (!text) return;
+  std::string scaled;
+  for (const char* at = text; *at;) {
+    char* end = nullptr;
+    const double value = std::strtod(at, &end);
+    if (end == at) break;
+    scaled += fmt::format("{}{}", scaled.empty() ? "" : " ", value * factor);
+    at = end;
+  }
+  e->SetAttribute(name, scaled.c_str());
+}
+
+/// Scales every mass and inertia, whether the file says it or leaves it to geoms.
+void scaleMasses(XMLElement* mujoco, double factor) {
+  constexpr double kDensity = 1000;  // [kg/m³], MJCF's where the file says none
+  XMLElement* geom = childOrNew(childOrNew(mujoco, "default"), "geom");
+  if (!geom->Attribute("density")) geom->SetAttribute("density", kDensity);
+  forEachElement(mujoco, [&](XMLElement* e) {
+    if (std::strcmp(e->Name(), "inertial") == 0) {
+      for (const char* name : {"mass", "diaginertia", "fullinertia"}) scaleNumbers(e, name, factor);
+    } else if (std::strcmp(e->Name(), "geom") == 0) {
+      for (const char* name : {"mass", "density"}) scaleNumbers(e, name, factor);
     }
   });
 }
 
-/// Writes the limits into the joints and gives each hinge or slide that has none a motor of gear 1.
-void addLimitsAndMotors(XMLElement* mujoco, const Robot& robot) {
+/// @throws InputError for the first body that scaleMasses did not scale, as with settotalmass
+void checkMasses(const mjModel& before, const mjModel& after, double factor, const fs::path& file) {
+  for (int b = 1; b < before.nbody; ++b) {
+    const double expected = factor * before.body_mass[b];
+    if (std::abs(after.body_mass[b] - expected) <= 1e-6 * expected) continue;
+    const char* name = mj_id2name(&before, mjOBJ_BODY, b);
+    fail(file, nullptr,
+         fmt::format("mass_scale {} cannot be applied: body \"{}\" weighs {} kg instead of {} kg "
+                     "with it (the file's compiler options decide masses themselves)",
+                     factor, name ? name : "", after.body_mass[b], expected));
+  }
+}
+
+/// Writes the limits into the joints and gives each hinge and slide a motor of gear 1.
+void addLimitsAndMotors(XMLElement* mujoco, const Robot& robot, const mjModel& compiled) {
   double per_radian = 180 / M_PI;  // MJCF angles are degrees unless its compiler says otherwise
   for (XMLElement* c = mujoco->FirstChildElement("compiler"); c;
        c = c->NextSiblingElement("compiler")) {
     const char* angle = c->Attribute("angle");
     if (angle) per_radian = std::strcmp(angle, "radian") == 0 ? 1 : 180 / M_PI;
   }
-  std::set<std::string> driven;
-  for (XMLElement* a = mujoco->FirstChildElement("actuator"); a;
-       a = a->NextSiblingElement("actuator")) {
-    forEachElement(a, [&](XMLElement* e) {
-      if (const char* joint = e->Attribute("joint")) driven.insert(joint);
-    });
-  }
   XMLElement* actuators = nullptr;
   for (XMLElement* w = mujoco->FirstChildElement("worldbody"); w;
        w = w->NextSiblingElement("worldbody")) {
     forEachElement(w, [&](XMLElement* e) {
       if (std::strcmp(e->Name(), "joint") != 0 || !e->Attribute("name")) return;
-      const char* type = e->Attribute("type");
-      if (type && std::strcmp(type, "hinge") != 0 && std::strcmp(type, "slide") != 0) return;
       const std::string name = e->Attribute("name");
+      // A default class may have said the type: the compiled model knows.
+      const int joint = mj_name2id(&compiled, mjOBJ_JOINT, name.c_str());
+      const int type = joint < 0 ? -1 : compiled.jnt_type[joint];
+      if (type != mjJNT_HINGE && type != mjJNT_SLIDE) return;
+      const double unit = type == mjJNT_SLIDE ? 1 : per_radian;
       const auto limit = robot.limits.find(name);
       if (limit != robot.limits.end() && std::isfinite(limit->second.max)) {
         e->SetAttribute("limited", "true");
-        e->SetAttribute("range", fmt::format("{} {}", limit->second.min * per_radian,
-                                             limit->second.max * per_radian)
-                                     .c_str());
+        e->SetAttribute(
+            "range",
+            fmt::format("{} {}", limit->second.min * unit, limit->second.max * unit).c_str());
       }
-      if (driven.contains(name)) return;
       if (!actuators) actuators = mujoco->InsertNewChildElement("actuator");
       XMLElement* motor = actuators->InsertNewChildElement("motor");
       motor->SetAttribute("name", name.c_str());
       motor->SetAttribute("joint", name.c_str());
+      motor->SetAttribute("gear", 1);  // whatever the file's defaults say of actuators
+      motor->SetAttribute("ctrllimited", "false");
+      motor->SetAttribute("forcelimited", "false");
     });
   }
 }
@@ -354,8 +412,13 @@ std::string composeMjcf(const Scene& scene) {
     resolveAssets(root, file);
   }
   if (scene.robot) {
-    if (scene.robot->mass_scale != 1) scaleMasses(root, scene.robot->mass_scale);
-    addLimitsAndMotors(root, *scene.robot);
+    removeActuators(root);
+    const Compiled original = compile(document, file);
+    if (const double factor = scene.robot->mass_scale; factor != 1) {
+      scaleMasses(root, factor);
+      checkMasses(*original, *compile(document, file), factor, file);
+    }
+    addLimitsAndMotors(root, *scene.robot, *original);
   }
   XMLElement* option = root->InsertNewChildElement("option");
   option->SetAttribute("timestep", scene.time_step);
