@@ -276,6 +276,10 @@ void addLimitsAndMotors(XMLElement* mujoco, const Robot& robot, const mjModel& c
 }
 
 void addMaterial(XMLElement* geom, const Material& m) {
+  geom->SetAttribute("contype", 1);  // whatever the robot's file has as defaults
+  geom->SetAttribute("conaffinity", 1);
+  geom->SetAttribute("margin", 0);
+  geom->SetAttribute("gap", 0);
   geom->SetAttribute("priority", 1);  // the scene's surface decides, whatever the robot's file says
   geom->SetAttribute("condim", m.rolling > 0 ? 6 : 3);
   // sliding [-], torsional and rolling [m]
@@ -368,6 +372,61 @@ void addLook(XMLElement* mujoco, double square) {
   }
 }
 
+void checkMaterial(const std::string& of, const Material& m, double time_step) {
+  if (!(m.compliance >= 2 * time_step)) {
+    throw InputError(
+        fmt::format("scene: {}: compliance {} s: expected at least twice the time step, {} s", of,
+                    m.compliance, 2 * time_step));
+  }
+  if (!(m.friction >= 0) || !(m.rolling >= 0)) {
+    throw InputError(fmt::format("scene: {}: friction {}, rolling {}: expected numbers >= 0", of,
+                                 m.friction, m.rolling));
+  }
+}
+
+/// @param robot  the document that the props are added to
+void checkProps(const Scene& scene, XMLElement* robot) {
+  std::set<std::string> taken = {"world", "ground"};
+  forEachElement(robot, [&](XMLElement* e) {
+    for (const char* kind : {"body", "geom", "joint", "freejoint"}) {
+      if (std::strcmp(e->Name(), kind) != 0) continue;
+      if (const char* name = e->Attribute("name")) taken.insert(name);
+    }
+  });
+  for (const Prop& p : scene.props) {
+    const std::string who = fmt::format("prop \"{}\"", p.name);
+    const auto refuse = [&](const std::string& why) {
+      throw InputError(fmt::format("scene: {}: {}", who, why));
+    };
+    if (p.name.empty()) refuse("expected a name");
+    if (!taken.insert(p.name).second) refuse("something else in the scene has this name");
+    const int sizes = p.shape == Prop::Shape::kBox ? 3 : p.shape == Prop::Shape::kCapsule ? 2 : 1;
+    if (!(p.size.head(sizes).minCoeff() > 0) || !p.size.head(sizes).allFinite()) {
+      refuse(fmt::format("size {}: expected lengths > 0", numbers(p.size)));
+    }
+    if (!p.position.allFinite() || !p.rpy.allFinite()) refuse("expected a finite place");
+    if (!(p.mass >= 0) || !std::isfinite(p.mass)) {
+      refuse(fmt::format("mass {} kg: expected 0 (fixed) or more", p.mass));
+    }
+    checkMaterial(who, p.material, scene.time_step);
+  }
+}
+
+/// Room for what props add to a robot's contacts.
+std::string roomFor(const Scene& scene) {
+  // A box that lies on another one touches it in up to 8 points, and another lies on it; what is
+  // fixed is touched by others only [ours].
+  constexpr int kFree = 16;
+  constexpr int kFixed = 8;
+  bool rolls = scene.ground_material.rolling > 0;
+  int contacts = 0;
+  for (const Prop& p : scene.props) {
+    contacts += p.mass > 0 ? kFree : kFixed;
+    rolls = rolls || p.material.rolling > 0;
+  }
+  return sizeAttributes(contacts, rolls ? 10 : 4);  // rows of a friction pyramid, condim 6 or 3
+}
+
 }  // namespace
 
 Prop wall(std::string name, const Vector3d& position, double yaw, double width, double height) {
@@ -395,6 +454,7 @@ std::string composeMjcf(const Scene& scene) {
   if (!(scene.time_step > 0)) {
     throw InputError(fmt::format("scene: time step {} s: expected > 0", scene.time_step));
   }
+  if (scene.ground) checkMaterial("the ground", scene.ground_material, scene.time_step);
   XMLDocument document;
   const fs::path file = scene.robot ? scene.robot->file : fs::path("scene");
   parse(document, scene.robot ? readFile(file) : "<mujoco/>", file);
@@ -411,6 +471,7 @@ std::string composeMjcf(const Scene& scene) {
     resolveIncludes(root, file);
     resolveAssets(root, file);
   }
+  checkProps(scene, root);
   if (scene.robot) {
     removeActuators(root);
     const Compiled original = compile(document, file);
@@ -424,7 +485,7 @@ std::string composeMjcf(const Scene& scene) {
   option->SetAttribute("timestep", scene.time_step);
   option->SetAttribute("gravity", numbers(scene.gravity).c_str());
   option->SetAttribute("integrator", "Euler");
-  if (const std::string size = sizeAttributes(); !size.empty()) {
+  if (const std::string size = roomFor(scene); !size.empty()) {
     XMLDocument fragment;
     fragment.Parse(("<size " + size + "/>").c_str());
     root->InsertEndChild(fragment.RootElement()->DeepClone(&document));

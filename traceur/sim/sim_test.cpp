@@ -1,6 +1,7 @@
 // The simulator held against analytic truth.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
 
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
@@ -366,6 +367,93 @@ TEST(Scene, WallAndRailStandWhereTheyAreAsked) {
   const Vector3d axis = s.bodyRotation(model->body("rail")).col(2);
   EXPECT_NEAR(std::abs(axis.y()), 1, 1e-9);
   EXPECT_TRUE(model->isStatic(model->body("rail")));
+}
+
+TEST(Scene, MistakesInPropsAndSurfacesNameThem) {
+  const auto message = [](Scene scene) -> std::string {
+    try {
+      composeMjcf(scene);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  const Prop good{.name = "box", .size = {.1, .1, .1}, .position = {1, 0, .1}, .mass = 1};
+  const auto with = [&](const auto& change) {
+    Prop p = good;
+    change(p);
+    return message({.robot = bioloid(), .props = {p}});
+  };
+  EXPECT_EQ(with([](Prop&) {}), "accepted");
+  for (const char* name : {"ground", "l_foot", ""}) {
+    EXPECT_NE(with([&](Prop& p) { p.name = name; }).find(fmt::format("prop \"{}\": ", name)),
+              std::string::npos)
+        << name;
+  }
+  EXPECT_NE(message({.props = {good, good}}).find("has this name"), std::string::npos);
+  EXPECT_NE(with([](Prop& p) { p.size.y() = 0; }).find("expected lengths > 0"), std::string::npos);
+  EXPECT_NE(with([](Prop& p) { p.mass = -1; }).find("mass -1 kg"), std::string::npos);
+  EXPECT_NE(with([](Prop& p) { p.material.compliance = 0.001; }).find("twice the time step, 0.002"),
+            std::string::npos);
+  EXPECT_NE(message({.time_step = 0.003}).find("the ground: compliance 0.004 s"),
+            std::string::npos);
+}
+
+TEST(Scene, TheGroundHoldsWhateverTheRobotsDefaultsAre) {
+  const auto robot = robotOf("ghost", R"(<mujoco><default><geom contype="0" conaffinity="0"/>
+    <default class="solid"><geom contype="1" conaffinity="1"/></default></default>
+    <worldbody><body pos="0 0 .2"><freejoint/><geom class="solid" size=".1"/></body></worldbody></mujoco>)");
+  const auto model = Model::fromScene({.robot = robot});
+  World world(model);
+  for (int i = 0; i < 1000; ++i) world.step(none(*model));
+  EXPECT_NEAR(world.snapshot().com().z(), 0.1, 1e-3);
+}
+
+TEST(Scene, HasRoomForTheContactsOfItsProps) {
+  std::vector<Prop> boxes;
+  for (int i = 0; i < 36; ++i) {
+    boxes.push_back({.name = fmt::format("box{}", i),
+                     .size = {.1, .1, .1},
+                     .position = {1 + .3 * (i % 6), .3 * (i / 6), .1},
+                     .mass = 1});
+  }
+  const auto model = onGround(boxes);
+  World world(model);
+  for (int i = 0; i < 300; ++i) world.step(none(*model));
+  EXPECT_FALSE(world.overflowed());
+  for (const Prop& p : boxes) {
+    EXPECT_NEAR(world.snapshot().bodyPosition(model->body(p.name)).z(), .1, 1e-3) << p.name;
+  }
+}
+
+TEST(World, SaysThatThereWereTooManyContacts) {
+  const auto model = Model::fromMjcf(R"(<mujoco><size njmax="400" nconmax="2"/>
+    <worldbody><geom type="plane" size="0 0 1"/>
+    <body pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>)");
+  if (model->raw()->nconmax < 0) GTEST_SKIP() << "this engine makes room as it goes";
+  World world(model);
+  world.step(none(*model));
+  EXPECT_TRUE(world.overflowed());
+  EXPECT_FALSE(world.diverged());
+  State high = model->initialState();
+  high.q[2] = 2;
+  world.reset(high);
+  EXPECT_FALSE(world.overflowed());
+}
+
+TEST(Ground, PressureAndSupportAreTheRobotsAlone) {
+  const Prop box{.name = "box", .size = {.1, .1, .1}, .position = {1, 0, .1}, .mass = 50};
+  const auto supported = [](const std::shared_ptr<const Model>& model) {
+    World world(model);
+    world.reset(model->stateOf(bioloid()->poses.at("stand")));
+    for (int i = 0; i < 20; ++i) world.step(none(*model));
+    return std::pair(world.snapshot().cop(), world.snapshot().supportPolygon().size());
+  };
+  const auto [cop, corners] = supported(onGround({box}));
+  const auto [alone, alone_corners] = supported(onGround());
+  ASSERT_TRUE(cop && alone);
+  EXPECT_NEAR((*cop - *alone).norm(), 0, 1e-9);
+  EXPECT_EQ(corners, alone_corners);
 }
 
 TEST(Scene, SofterGroundSinksDeeper) {

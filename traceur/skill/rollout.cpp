@@ -275,9 +275,9 @@ struct Runner::Impl {
       if (end) break;
       control(phase, s);
       world.step(command);
-      if (world.diverged()) {
+      if (world.diverged() || world.overflowed()) {
         r.diverged = true;
-        r.ended = "diverged";
+        r.ended = world.diverged() ? "diverged" : "too many contacts";
         break;
       }
     }

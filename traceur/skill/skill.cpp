@@ -127,7 +127,7 @@ class SkillReader {
     }
   }
 
-  static sim::Material material(const TomlReader& r) {
+  static sim::Material material(const TomlReader& r, double time_step) {
     sim::Material m;
     m.friction = r.number("friction", m.friction);
     m.rolling = r.number("rolling_friction", m.rolling);
@@ -135,7 +135,15 @@ class SkillReader {
     for (const char* key : {"friction", "rolling_friction"}) {
       if (r.number(key, 0) < 0) r.fail(key, fmt::format("\"{}\": expected a number >= 0", key));
     }
-    if (!(m.compliance > 0)) r.fail("compliance", "\"compliance\": expected seconds > 0");
+    m.friction = std::max(0.0, m.friction);
+    m.rolling = std::max(0.0, m.rolling);
+    if (!(m.compliance >= 2 * time_step)) {
+      r.fail("compliance",
+             fmt::format("\"compliance\" {} s: expected at least twice the time step, "
+                         "{} s",
+                         m.compliance, 2 * time_step));
+      m.compliance = 2 * time_step;  // the rest can still be judged
+    }
     return m;
   }
 
@@ -147,19 +155,18 @@ class SkillReader {
   static double positive(const TomlReader& r, const char* key) {
     const double x = r.number(key);
     if (r.has(key) && !(x > 0)) r.fail(key, fmt::format("\"{}\": expected a number > 0", key));
-    return x;
+    return x > 0 ? x : 1;
   }
 
-  void readProps(const TomlReader& scene, std::vector<sim::Prop>& props) {
+  /// @return each prop's place in the text
+  static std::vector<TomlReader> readProps(const TomlReader& scene, double time_step,
+                                           std::vector<sim::Prop>& props) {
+    std::vector<TomlReader> rows;
     const auto finish = [&](const TomlReader& r, sim::Prop prop) {
-      prop.material = material(r);
-      for (const sim::Prop& other : props) {
-        if (other.name == prop.name) {
-          r.fail("name", fmt::format("\"{}\": two props have this name", prop.name));
-        }
-      }
+      prop.material = material(r, time_step);
       r.finish();
       props.push_back(std::move(prop));
+      rows.push_back(r);
     };
     for (const TomlReader& r : scene.tables("box")) {
       finish(r, {.name = r.string("name"),
@@ -185,6 +192,7 @@ class SkillReader {
       finish(r, sim::rail(r.string("name"), vector(r, "from"), vector(r, "to"),
                           positive(r, "radius")));
     }
+    return rows;
   }
 
   void readScene(const TomlReader& top) {
@@ -196,18 +204,44 @@ class SkillReader {
     }
     const TomlReader s = top.table("scene");
     scene.ground = s.boolean("ground", true);
-    scene.ground_material = material(s);
-    readProps(s, scene.props);
+    scene.ground_material = material(s, scene.time_step);
+    const std::vector<TomlReader> rows = readProps(s, scene.time_step, scene.props);
     s.finish();
     const std::string robot = top.string("robot");
     if (robot.empty()) return;
+    std::string wrong;
     try {
       scene.robot = std::make_shared<const sim::Robot>(
           sim::Robot::fromFile(findRobot(robot, skill_.file.parent_path())));
       skill_.model = sim::Model::fromScene(scene);
+      return;
     } catch (const InputError& e) {
-      top.fail("robot", fmt::format("\"robot\": {}", e.what()));
+      wrong = e.what();
     }
+    // Whose mistake is it? A prop's is reported at its own line.
+    bool found = false;
+    sim::Scene good = scene;
+    good.props.clear();
+    if (scene.robot && !complaint(good)) {
+      for (size_t i = 0; i < rows.size(); ++i) {
+        good.props.push_back(scene.props[i]);
+        if (const auto why = complaint(good)) {
+          rows[i].fail("name", *why);
+          good.props.pop_back();
+          found = true;
+        }
+      }
+    }
+    if (!found) top.fail("robot", fmt::format("\"robot\": {}", wrong));
+  }
+
+  static std::optional<std::string> complaint(const sim::Scene& scene) {
+    try {
+      sim::Model::fromScene(scene);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return std::nullopt;
   }
 
   void readStart(const TomlReader& start) {
