@@ -53,7 +53,7 @@ class SkillReader {
     if (!(skill_.horizon > 0 && skill_.horizon <= kLongest)) {
       top.fail("horizon", fmt::format("\"horizon\": expected seconds in (0, {}]", kLongest));
     }
-    skill_.target_cost = top.number("target_cost", 0);
+    skill_.target_cost = top.number("target_cost", skill_.target_cost);
     readTask(top.table("task"));
     readParameters(top.table("parameters"));
     readScene(top);
@@ -92,7 +92,9 @@ class SkillReader {
     task.min = range[0];
     task.max = range[1];
     task.initial = t.number("default", range[0]);
-    task.tolerance = t.number("tolerance", 0);
+    // Without it no trial could ever be said to have reached the task.
+    task.tolerance = t.has("achieved") ? t.number("tolerance") : t.number("tolerance", 0);
+    if (!(task.tolerance >= 0)) t.fail("tolerance", "\"tolerance\": expected a number >= 0");
     if (!(task.min <= task.initial && task.initial <= task.max)) {
       t.fail("default", "\"default\": expected min <= default <= max of \"range\"");
     }
@@ -103,6 +105,7 @@ class SkillReader {
   void readParameters(const TomlReader& table) {
     for (const std::string& name : table.names()) {  // the order of the optimiser's variables
       const TomlReader row = table.table(name);
+      checkName(table, name, name);
       ParamSpec p;
       p.name = name;
       p.unit = row.string("unit", "");
@@ -360,6 +363,7 @@ class SkillReader {
                                                     "max",   "mean", "integral"};
     for (const std::string& name : table.names()) {
       const TomlReader row = table.table(name);
+      checkName(table, name, name);
       Measure m;
       m.name = name;
       m.of = expression(row, "of", "", Scope::kRunning);
@@ -373,6 +377,8 @@ class SkillReader {
         m.take = static_cast<Measure::Take>(it - kTakes.begin());
       }
       m.during = during(row);
+      if (m.take == Measure::Take::kIntegral) m.otherwise = 0;
+      m.otherwise = row.number("otherwise", m.otherwise);
       row.finish();
       skill_.measures.push_back(std::move(m));
     }
@@ -382,6 +388,7 @@ class SkillReader {
     for (const TomlReader& row : top.tables("failure")) {
       Failure f;
       f.name = row.string("name");
+      checkName(row, "name", f.name);
       f.when = expression(row, "when", "", Scope::kRunning);
       if (f.when.empty())
         row.fail("when", fmt::format("failure \"{}\": \"when\" is missing", f.name));
@@ -407,6 +414,26 @@ class SkillReader {
   }
 
   // --- pieces ---
+
+  /// Expressions name parameters, measures and failures, and a trial's end is a failure's name: one
+  /// that cannot be spelled or that means two things is noted at key.
+  void checkName(const TomlReader& row, std::string_view key, const std::string& name) {
+    if (name.empty()) return;  // said to be missing already
+    if (!control::Expression::isName(name) || name.find('.') != std::string::npos) {
+      row.fail(key, fmt::format("\"{}\": expected a name of letters, digits and _, that is no "
+                                "function",
+                                name));
+      return;
+    }
+    static const std::set<std::string> kOurs = {"task",       "horizon", "time",
+                                                "phase_time", "stop",    "diverged"};
+    if (kOurs.contains(name)) {
+      row.fail(key, fmt::format("\"{}\" has a meaning of its own: expected another name", name));
+    } else if (!names_.insert(name).second) {
+      row.fail(key,
+               fmt::format("\"{}\": two parameters, measures or failures have this name", name));
+    }
+  }
 
   std::vector<bool> during(const TomlReader& row) {
     std::vector<bool> in(skill_.phases.size(), !row.has("during"));
@@ -547,6 +574,7 @@ class SkillReader {
   Diagnostics diagnostics_;
   Skill skill_;
   std::unique_ptr<control::Signals> signals_;
+  std::set<std::string> names_;            // of parameters, measures and failures
   Vector3d base_root_ = Vector3d::Zero();  // the attitude of the pose basePose() read last
 };
 
