@@ -57,7 +57,11 @@ void requireSameOptions(const RunFile& run, const RunFile::Meta& asked) {
 }  // namespace
 
 RunFile openRun(const std::string& file, const RunFile::Meta& meta, bool resume) {
-  const bool exists = std::filesystem::exists(file);
+  bool exists = std::filesystem::exists(file);
+  if (exists && resume && RunFile::neverBegan(file)) {
+    std::filesystem::remove(file);
+    exists = false;
+  }
   if (!exists) return RunFile::create(file, meta);
   if (!resume) {
     throw InputError(fmt::format(
@@ -89,6 +93,11 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
   return optim::minimise(problem, optimiser, options, start);
 }
 
+bool violates(const TrialRow& row, const std::string& name) {
+  const std::vector<std::string> names = split(row.violated, ',');
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& constraints) {
   optim::Progress p;
   for (const TrialRow& row : run.trials()) {
@@ -97,8 +106,7 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
     trial.evaluation.cost = row.cost;
     trial.evaluation.failed = row.failed;
     for (const std::string& name : constraints) {
-      trial.evaluation.violated.push_back(("," + row.violated + ",").find("," + name + ",") !=
-                                          std::string::npos);
+      trial.evaluation.violated.push_back(violates(row, name));
     }
     ++p.evaluations;
     p.failed += row.failed;
