@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "apps/cli/progress.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
@@ -84,7 +86,10 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
   options.budget = o.budget;
   options.target = o.target;
   options.stop = o.stop;
+  bool forgot = false;
   options.on_generation = [&](const optim::Generation& g) {
+    // What was found before is no longer the outcome.
+    if (!std::exchange(forgot, true)) run.forget({"best"}, outcomeKeys());
     run.appendGeneration(g.progress.generation - 1,
                          rowsOf(g.trials, g.progress.generation - 1, constraints),
                          g.optimizer.save(), {});
@@ -114,6 +119,11 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
     if (!p.best || optim::better(trial.evaluation, p.best->evaluation)) p.best = trial;
   }
   return p;
+}
+
+const std::vector<std::string>& outcomeKeys() {
+  static const std::vector<std::string> kKeys = {"stop", "achieved", "ended", "hash"};
+  return kKeys;
 }
 
 std::string required(const RunFile& run, const std::string& key) {
