@@ -198,6 +198,28 @@ Figure contactFigure(const sim::Recording& recording) {
   return figure;
 }
 
+CostHistory costHistory(const std::vector<CostTrial>& trials) {
+  CostHistory h;
+  const bool all = std::all_of(trials.begin(), trials.end(),
+                               [](const CostTrial& t) { return t.failed || t.violates; });
+  double best = std::numeric_limits<double>::infinity();
+  double number = 0;
+  for (const CostTrial& t : trials) {
+    number += 1;
+    if (t.failed) {
+      h.failed.push_back(number);
+    } else {
+      h.trials.push_back(number);
+      h.costs.push_back(t.cost);
+      if (all || !t.violates) best = std::min(best, t.cost);
+    }
+    if (!std::isfinite(best)) continue;
+    h.evaluations.push_back(number);
+    h.best.push_back(best);
+  }
+  return h;
+}
+
 Figure costFigure(const CostHistory& history) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
