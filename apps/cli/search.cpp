@@ -33,7 +33,7 @@ std::string note(const optim::Progress& p) {
   if (!p.best) return "";
   std::string text = fmt::format("best {:.3g}", p.best->evaluation.cost);
   if (!p.best->evaluation.feasible()) text += " (failing)";
-  if (p.failed > 0) text += fmt::format("  {} diverged", p.failed);
+  if (p.failed > 0) text += fmt::format("  {} without a cost", p.failed);
   return text;
 }
 
