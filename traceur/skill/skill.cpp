@@ -23,6 +23,10 @@ namespace fs = std::filesystem;
 #ifndef TRACEUR_INSTALLED_DATA
 #define TRACEUR_INSTALLED_DATA ""
 #endif
+/// The same from where the program is, as the installation may have been moved; set by CMake.
+#ifndef TRACEUR_DATA_FROM_PROGRAM
+#define TRACEUR_DATA_FROM_PROGRAM ""
+#endif
 
 std::vector<fs::path> modelFolders(const fs::path& beside) {
   std::vector<fs::path> folders;
@@ -31,6 +35,11 @@ std::vector<fs::path> modelFolders(const fs::path& beside) {
   }
   if (const char* data = std::getenv("TRACEUR_DATA")) folders.push_back(fs::path(data) / "models");
   folders.push_back(fs::current_path() / "models");
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (const std::string_view way = TRACEUR_DATA_FROM_PROGRAM; !error && !way.empty()) {
+    folders.push_back((program.parent_path() / way / "models").lexically_normal());
+  }
   folders.push_back(fs::path(TRACEUR_INSTALLED_DATA) / "models");
   return folders;
 }
@@ -609,6 +618,12 @@ fs::path findRobot(const std::string& name, const fs::path& beside) {
         names.push_back(entry.path().filename().string());
       }
     }
+  }
+  if (names.empty()) {
+    std::vector<std::string> folders;
+    for (const fs::path& folder : modelFolders(beside)) folders.push_back(folder.string());
+    throw InputError(fmt::format("no robot \"{}\": no such file, and found no models/ in: {}", name,
+                                 join(folders)));
   }
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());

@@ -121,8 +121,9 @@ struct Skill {
 };
 
 /// Where the robot a skill or a person names is described: a path, or a name under models/ beside
-/// the file or above it, in $TRACEUR_DATA, or where Traceur is installed.
-/// @throws InputError with the names there are
+/// the file or above it, in $TRACEUR_DATA, beside the running program (../share/traceur), or where
+/// Traceur was built to be installed.
+/// @throws InputError with the names there are, or the folders without any
 std::filesystem::path findRobot(const std::string& name, const std::filesystem::path& beside);
 
 }  // namespace traceur::skill
