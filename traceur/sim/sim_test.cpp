@@ -650,6 +650,21 @@ TEST(Model, BrokenFilesNameFileAndLine) {
             std::string::npos);
 }
 
+TEST(Robot, AMistakeInAPairsRowIsSaidOnce) {
+  const std::string path = testing::TempDir() + "pair.toml";
+  std::ofstream(path) << "name = \"x\"\nmodel = \"pair.toml\"\n"
+                         "[mirrored]\nhip = { left = \"a\", right = \"b\", sign = -1 }\n"
+                         "[limits]\nhip = { torque = -1, speed = 2, angle = [0, 1] }\n"
+                         "[gains]\nhip = { kp = 1 }\n[poses]\nstand = { hip = \"x\" }\n";
+  try {
+    Robot::fromFile(path);
+    FAIL();
+  } catch (const InputError& e) {
+    const std::string text = e.what();
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2) << text;
+  }
+}
+
 TEST(Robot, ReportsEveryMistakeAtOnce) {
   const std::string path = testing::TempDir() + "robot.toml";
   std::ofstream(path) << "name = \"x\"\nmodel = \"nowhere.xml\"\nmas_scale = 2\n"
