@@ -317,6 +317,18 @@ TEST(World, PushChangesMomentumByForceTimesTime) {
   EXPECT_NEAR(world.snapshot().linearMomentum().x(), 0.5, 1e-3);
 }
 
+TEST(World, APushIsAmongTheExternalForces) {
+  const auto model = inSpace(0.001, 0);
+  World world(model);
+  world.reset(model->initialState());
+  VectorXd before(model->nv());
+  VectorXd after(model->nv());
+  world.snapshot().externalForce(before);
+  world.push(model->root(), {5, 0, 0});
+  world.snapshot().externalForce(after);
+  EXPECT_NEAR((after - before)[0], 5, 1e-12);
+}
+
 TEST(World, JointForceOfAHangingChainIsTheWeightBelow) {
   const auto model = Model::fromMjcf(R"(<mujoco><worldbody>
     <body name="upper" pos="0 0 2"><joint axis="0 0 1"/><geom type="box" size=".1 .1 .1" mass="3"/>

@@ -65,8 +65,8 @@ class Snapshot {
   void addPointForce(BodyId body, const Vector3d& p_BP, const Vector3d& f,
                      Eigen::Ref<VectorXd> tau) const;
 
-  /// Everything but motors that acts along v: gravity, Coriolis, passive damping and the contact
-  /// and limit forces of the last step, (nv) [N·m].
+  /// Everything but motors that acts along v: gravity, Coriolis, passive damping, what World::push
+  /// exerts now, and the contact and limit forces of the last step, (nv) [N·m].
   void externalForce(Eigen::Ref<VectorXd> tau) const;
   /// Solves (M(q) + diag(d)) x = b in place, d ≥ 0 and b (nv), by the sparse LᵀDL of the kinematic
   /// tree [Featherstone2008, §6.5].
