@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 
@@ -218,9 +217,7 @@ State Model::stateOf(const Pose& pose) const {
   for (const auto& [name, angle] : pose.joints) state.q[joint(name).q] = angle;
   if (root_dofs_ != 6) return state;
   const int root = model_->jnt_qposadr[model_->body_jntadr[root_.value]];
-  const Eigen::Quaterniond R(Eigen::AngleAxisd(pose.root_rpy.z(), Vector3d::UnitZ()) *
-                             Eigen::AngleAxisd(pose.root_rpy.y(), Vector3d::UnitY()) *
-                             Eigen::AngleAxisd(pose.root_rpy.x(), Vector3d::UnitX()));
+  const Eigen::Quaterniond R = rotationOf(pose.root_rpy);
   state.q.segment<3>(root) = Vector3d::Zero();
   state.q.segment<4>(root + 3) << R.w(), R.x(), R.y(), R.z();
 

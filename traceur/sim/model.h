@@ -88,7 +88,8 @@ class Model {
 
   /// Which scene's robot this is; null for fromMjcf.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
-  /// The MJCF this was compiled from: enough to make it again anywhere.
+  /// The MJCF this was compiled from: enough to make it again anywhere, but for meshes and
+  /// textures, of which it holds absolute paths.
   const std::string& mjcf() const { return mjcf_; }
   const mjModel_* raw() const { return model_; }
 

@@ -1,7 +1,7 @@
 // A robot: its MJCF or URDF, and beside it a TOML with what those formats do not say.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -46,6 +46,9 @@ struct Pose {
   Vector3d root_rpy = Vector3d::Zero();  ///< roll, pitch, yaw [rad], fixed axes x, y, z
   std::map<std::string, double> joints;
 };
+
+/// The rotation of roll, pitch and yaw about the fixed axes x, y and z: Rz(yaw) Ry(pitch) Rx(roll).
+Eigen::Quaterniond rotationOf(const Vector3d& rpy);
 
 /// The figures a robot is known by, held against the model by the robots' contract test.
 struct PublishedFigures {

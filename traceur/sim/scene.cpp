@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -28,9 +27,7 @@ std::string numbers(const Vector3d& v) {
 }
 
 std::string quaternion(const Vector3d& rpy) {
-  const Eigen::Quaterniond R(Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) *
-                             Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
-                             Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX()));
+  const Eigen::Quaterniond R = rotationOf(rpy);
   return fmt::format("{} {} {} {}", R.w(), R.x(), R.y(), R.z());
 }
 
