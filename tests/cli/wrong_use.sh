@@ -51,6 +51,11 @@ echo 'not a database, only some text that goes on' >"$dir/text.run"
 expect 2 'text.run' 'left as it is' -- show "$dir/text.run"
 expect 2 'text.run' -- learn "$nod" --out "$dir/text.run" --resume
 expect 2 'neither a file nor one of' -- inspect nobody
+if [ ! -e /usr/local/share/traceur ]; then
+  program=$(realpath "$traceur")
+  (cd / && "$program" inspect nobody 2>&1) | grep -q 'found no models/ in: ' ||
+    { echo "inspect without any models/: does not say where it looked"; failures=$((failures + 1)); }
+fi
 printf '<mujoco><worldbody></mujoco>' >"$dir/broken.xml"
 expect 2 'broken.xml:1' -- inspect "$dir/broken.xml"
 if [ -e "$dir/a.run" ]; then
