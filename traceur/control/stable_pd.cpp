@@ -40,7 +40,7 @@ void StablePd::addTorque(const sim::Snapshot& s, const JointTarget& target,
 }
 
 double limitedTorque(double torque, double v, const sim::JointLimit& limit) {
-  constexpr double kFade = 0.9;
+  static constexpr double kFade = 0.9;
   double most = limit.torque;
   if (torque * v > 0 && std::isfinite(limit.speed)) {
     const double fade =

@@ -94,7 +94,7 @@ Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
     }
   }
   if (root_.value < 0) root_.value = m->nbody > 1 ? 1 : 0;
-  constexpr double kNone = std::numeric_limits<double>::infinity();
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
   for (int j = 0; j < m->njnt; ++j) {
     if (!isRobot({m->jnt_bodyid[j]})) continue;
     if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;

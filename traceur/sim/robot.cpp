@@ -58,7 +58,7 @@ void readUrdfLimits(const std::filesystem::path& file, Robot& robot) {
   document.Parse(text.data(), text.size());
   const tinyxml2::XMLElement* root = document.RootElement();
   if (!root || std::string_view(root->Name()) != "robot") return;
-  constexpr double kNone = std::numeric_limits<double>::infinity();
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
   for (auto* j = root->FirstChildElement("joint"); j; j = j->NextSiblingElement("joint")) {
     const tinyxml2::XMLElement* limit = j->FirstChildElement("limit");
     const char* name = j->Attribute("name");

@@ -171,7 +171,7 @@ Compiled compile(const XMLDocument& document, const fs::path& file) {
 /// Removes the actuators of joints, which get motors of their own, the sensors of those actuators,
 /// and the key frames, whose sizes another actuator or a prop would make wrong.
 void removeActuators(XMLElement* mujoco) {
-  const auto removeIf = [&](const char* section, const auto& condition) {
+  const auto remove = [&](const char* section, const auto& condition) {
     for (XMLElement* s = mujoco->FirstChildElement(section); s;
          s = s->NextSiblingElement(section)) {
       for (XMLElement* e = s->FirstChildElement(); e;) {
@@ -182,16 +182,16 @@ void removeActuators(XMLElement* mujoco) {
     }
   };
   std::set<std::string> removed;
-  removeIf("actuator", [&](const XMLElement& e) {
+  remove("actuator", [&](const XMLElement& e) {
     if (!e.Attribute("joint") && !e.Attribute("jointinparent")) return false;
     if (const char* name = e.Attribute("name")) removed.insert(name);
     return true;
   });
-  removeIf("sensor", [&](const XMLElement& e) {
+  remove("sensor", [&](const XMLElement& e) {
     const char* actuator = e.Attribute("actuator");
     return actuator && removed.contains(actuator);
   });
-  removeIf("keyframe", [](const XMLElement&) { return true; });
+  remove("keyframe", [](const XMLElement&) { return true; });
 }
 
 void scaleNumbers(XMLElement* e, const char* name, double factor) {
@@ -210,7 +210,7 @@ void scaleNumbers(XMLElement* e, const char* name, double factor) {
 
 /// Scales every mass and inertia, whether the file says it or leaves it to geoms.
 void scaleMasses(XMLElement* mujoco, double factor) {
-  constexpr double kDensity = 1000;  // [kg/m³], MJCF's where the file says none
+  static constexpr double kDensity = 1000;  // [kg/m³], MJCF's where the file says none
   XMLElement* geom = childOrNew(childOrNew(mujoco, "default"), "geom");
   if (!geom->Attribute("density")) geom->SetAttribute("density", kDensity);
   forEachElement(mujoco, [&](XMLElement* e) {
@@ -355,7 +355,8 @@ std::string look(double square) {
 
 /// 0.1 m for a small robot, else 1 m.
 double gridSquare(const Scene& scene) {
-  constexpr double kSmall = 0.8;  // published height [m]: toddler-size robots and less [ours]
+  static constexpr double kSmall =
+      0.8;  // published height [m]: toddler-size robots and less [ours]
   const bool small =
       scene.robot && scene.robot->published && scene.robot->published->height < kSmall;
   return small ? 0.1 : 1.0;
@@ -413,8 +414,8 @@ void checkProps(const Scene& scene, XMLElement* robot) {
 std::string roomFor(const Scene& scene) {
   // A box that lies on another one touches it in up to 8 points, and another lies on it; what is
   // fixed is touched by others only [ours].
-  constexpr int kFree = 16;
-  constexpr int kFixed = 8;
+  static constexpr int kFree = 16;
+  static constexpr int kFixed = 8;
   bool rolls = scene.ground_material.rolling > 0;
   int contacts = 0;
   for (const Prop& p : scene.props) {
