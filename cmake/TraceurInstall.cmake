@@ -2,8 +2,9 @@
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/traceur)
 install(EXPORT traceurTargets NAMESPACE traceur:: DESTINATION ${package_dir})
+set(data_dir ${CMAKE_INSTALL_DATADIR}/traceur)
 configure_package_config_file(cmake/traceurConfig.cmake.in
-  ${PROJECT_BINARY_DIR}/traceurConfig.cmake INSTALL_DESTINATION ${package_dir})
+  ${PROJECT_BINARY_DIR}/traceurConfig.cmake INSTALL_DESTINATION ${package_dir} PATH_VARS data_dir)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/traceurConfig.cmake

@@ -1,6 +1,7 @@
 // traceur inspect: what Traceur understands of a robot.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -20,42 +21,32 @@ struct Arguments {
   bool json = false;
 };
 
-/// A verb and what it needs to know of a robot; empty when nothing is missing.
+/// A verb that takes a robot and what this one lacks for it; empty when nothing.
 struct Need {
   std::string verb;
   std::vector<std::string> missing;
 };
 
-std::vector<Need> needs(const sim::Robot& robot, const sim::Model& model) {
-  bool motors = !model.joints().empty();
-  bool limits = motors;
-  bool gains = motors;
+std::vector<Need> needs(const sim::Model& model) {
+  const auto has_motor = [](const sim::Joint& j) { return j.motor >= 0; };
+  const bool moves = std::any_of(model.joints().begin(), model.joints().end(), has_motor);
+  return {{"learn", moves ? std::vector<std::string>()
+                          : std::vector<std::string>{"a hinge or slide with a name"}}};
+}
+
+/// What the robot's file leaves to each skill to say, or to be without.
+std::vector<std::string> leftToSkills(const sim::Robot& robot, const sim::Model& model) {
+  bool limits = true;
+  bool gains = true;
   for (const sim::Joint& j : model.joints()) {
-    motors = motors && j.motor >= 0;
     limits = limits && std::isfinite(j.limit.torque) && std::isfinite(j.limit.speed);
     gains = gains && robot.gains.contains(j.name);
   }
-  const auto list = [](std::vector<std::pair<bool, std::string>> items) {
-    std::vector<std::string> missing;
-    for (auto& [there, name] : items) {
-      if (!there) missing.push_back(std::move(name));
-    }
-    return missing;
-  };
-  const std::pair<bool, std::string> floating = {model.rootDofs() == 6, "a floating base"};
-  const std::pair<bool, std::string> motor = {motors, "a motor on each joint"};
-  const std::pair<bool, std::string> limit = {limits, "[limits] torque and speed of each joint"};
-  const std::pair<bool, std::string> gain = {gains, "[gains] of each joint"};
-  const std::pair<bool, std::string> pose = {robot.poses.contains("stand"), "[poses] stand"};
-  const std::pair<bool, std::string> pairs = {!robot.mirrored.empty(), "[mirrored] joints"};
-  const std::pair<bool, std::string> limbs = {!robot.limbs.empty(), "[limbs]"};
-  const std::pair<bool, std::string> contacts = {!robot.contacts.empty(), "[contacts]"};
-  const std::pair<bool, std::string> ends = {
-      robot.bodies.contains("feet") && robot.bodies.contains("hands"), "[bodies] feet and hands"};
-  return {{"learn", list({floating, motor, limit, gain, pose})},
-          {"fall", list({floating, motor, limit, gain, pose, contacts})},
-          {"land", list({floating, motor, limit, pose, limbs, ends})},
-          {"coach", list({floating, motor, limit, gain, pose, pairs, limbs, ends})}};
+  std::vector<std::string> left;
+  if (!gains) left.emplace_back("kp and kd ([gains])");
+  if (!limits) left.emplace_back("torque_limit and speed_limit ([limits])");
+  if (robot.poses.empty()) left.emplace_back("every pose ([poses])");
+  return left;
 }
 
 /// Joint angles at rest: the standing pose, or 0.
@@ -94,6 +85,7 @@ int inspect(const Arguments& a) {
     };
     const auto gain = robot->gains.find(joint.name);
     j["joints"].push_back({{"name", joint.name},
+                           {"slides", joint.slides},
                            {"motor", joint.motor >= 0},
                            {"min_rad", number(joint.limit.min)},
                            {"max_rad", number(joint.limit.max)},
@@ -112,7 +104,8 @@ int inspect(const Arguments& a) {
         fmt::format("{} at {} {} {} m", point.body, point.p_BP.x(), point.p_BP.y(), point.p_BP.z());
   }
   for (const auto& [name, unused] : robot->poses) j["poses"].push_back(name);
-  for (const Need& n : needs(*robot, *model)) j["missing"][n.verb] = n.missing;
+  for (const Need& n : needs(*model)) j["missing"][n.verb] = n.missing;
+  j["left_to_skills"] = leftToSkills(*robot, *model);
   if (!a.mjcf.empty()) {
     std::FILE* f = std::fopen(a.mjcf.c_str(), "wx");
     if (!f) throw SystemError(fmt::format("{}: cannot be made: {}", a.mjcf, std::strerror(errno)));
@@ -148,6 +141,16 @@ int inspect(const Arguments& a) {
                number(joint.limit.speed), has_gain ? number(gain->second.kp) : "-",
                has_gain ? number(gain->second.kd) : "-", joint.motor >= 0 ? "yes" : "no");
   }
+  if (std::any_of(model->joints().begin(), model->joints().end(),
+                  [](const sim::Joint& joint) { return joint.slides; })) {
+    fmt::print("  slides (m, N, m/s): {}\n", [&] {
+      std::vector<std::string> names;
+      for (const sim::Joint& joint : model->joints()) {
+        if (joint.slides) names.push_back(joint.name);
+      }
+      return join(names);
+    }());
+  }
   for (const char* part : {"mirrored", "limbs", "groups", "contacts"}) {
     if (!j.contains(part)) continue;
     fmt::print("\n  {}\n", part);
@@ -161,9 +164,12 @@ int inspect(const Arguments& a) {
     fmt::print("\n  poses: {}\n", join(j["poses"].get<std::vector<std::string>>()));
   }
   fmt::print("\n");
-  for (const Need& n : needs(*robot, *model)) {
+  for (const Need& n : needs(*model)) {
     fmt::print("  {:<6} {}\n", n.verb,
                n.missing.empty() ? "has all it needs" : "misses " + join(n.missing, "; "));
+  }
+  if (const auto left = leftToSkills(*robot, *model); !left.empty()) {
+    fmt::print("  left to each skill to say: {}\n", join(left, "; "));
   }
   return kDone;
 }
@@ -173,7 +179,7 @@ int inspect(const Arguments& a) {
 void addInspect(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = program.add_subcommand(
-      "inspect", "Say what Traceur understands of a robot, and what is missing for each verb.");
+      "inspect", "Say what Traceur understands of a robot, and what is missing to learn with it.");
   verb->add_option("ROBOT", a->robot, "A robot's name, its robot.toml, or any MJCF or URDF file")
       ->required();
   verb->add_option("--mjcf", a->mjcf, "Also write the composed scene, for other MuJoCo programs");

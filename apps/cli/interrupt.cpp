@@ -21,7 +21,7 @@ Interrupt::Interrupt() {
     while (!done.stop_requested()) {
       if (sigtimedwait(&signals, nullptr, &pause) < 0) continue;
       if (source_.stop_requested()) _exit(kInterrupted);
-      fmt::print(stderr, "\nstopping after the trials under way …\n");
+      fmt::print(stderr, "\nstopping after what is under way …\n");
       source_.request_stop();
     }
   });

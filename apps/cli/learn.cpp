@@ -1,6 +1,7 @@
 // traceur learn: practise a skill.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/interrupt.h"
@@ -37,8 +38,9 @@ skill::Rollout record(RunFile& run, const std::shared_ptr<const Skill>& skill,
   sim::Recording recording;
   const skill::Rollout r = skill::Runner(skill).run(summary.progress.best->x, task, &recording);
   run.putRecording("best", recording.encode());
+  const bool says = !skill->task.achieved.empty();
   run.setMeta({{"stop", words(summary.stop)},
-               {"achieved", fmt::format("{}", r.achieved)},
+               {"achieved", says ? fmt::format("{}", r.achieved) : "-"},
                {"ended", r.ended},
                {"hash", fmt::format("{:016x}", r.hash)}});
   return r;
@@ -47,14 +49,15 @@ skill::Rollout record(RunFile& run, const std::shared_ptr<const Skill>& skill,
 void report(const Arguments& a, const Skill& skill, const optim::Summary& summary,
             const skill::Rollout& r, const std::string& out) {
   const optim::Progress& p = summary.progress;
+  const bool says = !skill.task.achieved.empty();  // what a trial did, in the task's unit
   const bool reached = !r.failed() && std::abs(r.achieved - a.options.task) <= skill.task.tolerance;
   if (a.json) {
     nlohmann::ordered_json j;
     j["skill"] = skill.name;
     j["task"] = a.options.task;
-    j["achieved"] = r.achieved;
+    j["achieved"] = says ? nlohmann::ordered_json(r.achieved) : nlohmann::ordered_json(nullptr);
     j["unit"] = skill.task.unit;
-    j["reached"] = reached;
+    j["reached"] = says ? nlohmann::ordered_json(reached) : nlohmann::ordered_json(nullptr);
     j["ended"] = r.ended;
     j["best_cost"] = p.best->evaluation.cost;
     j["evaluations"] = p.evaluations;
@@ -71,11 +74,19 @@ void report(const Arguments& a, const Skill& skill, const optim::Summary& summar
   }
   if (a.quiet) return;
   const auto& t = skill.task;
-  fmt::print("{}: {} {:.4g} {}, asked {:.4g} {} ({})\n", skill.name, t.name, r.achieved, t.unit,
-             a.options.task, t.unit,
-             r.failed() ? "the trial fails: " + r.ended
-             : reached  ? "reached"
-                        : "not within the tolerance yet");
+  const std::string fails = r.failed() ? "the trial fails: " + r.ended : "";
+  if (says) {
+    fmt::print("{}: {} {:.4g} {}, asked {:.4g} {} ({})\n", skill.name, t.name, r.achieved, t.unit,
+               a.options.task, t.unit,
+               !fails.empty() ? fails
+               : reached      ? "reached"
+                              : "not within the tolerance yet");
+  } else {
+    const double target = skill.target_cost;
+    fmt::print("{}: best cost {:.4g}{}{}\n", skill.name, p.best->evaluation.cost,
+               std::isfinite(target) ? fmt::format(", target {:.4g}", target) : "",
+               fails.empty() ? "" : " (" + fails + ")");
+  }
   fmt::print("  {} trials, best cost {:.3g}, ended: {}\n", p.evaluations, p.best->evaluation.cost,
              words(summary.stop));
   fmt::print("  run file   {}\n  film       traceur render {}\n  figures    traceur plot {}\n", out,

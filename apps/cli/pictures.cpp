@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "apps/cli/interrupt.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
@@ -19,6 +20,9 @@ namespace fs = std::filesystem;
 const std::map<std::string, render::View> kViews = {{"side", render::View::kSide},
                                                     {"three-quarter", render::View::kThreeQuarter},
                                                     {"front", render::View::kFront}};
+
+/// Thrown out of a picture or video that was asked to stop.
+struct Stopped {};
 
 struct RenderArguments {
   std::string run;
@@ -41,6 +45,7 @@ fs::path beside(const fs::path& run, const std::string& ending) {
 }
 
 int renderRun(const RenderArguments& a) {
+  Interrupt interrupt;  // before any other thread
   const RunFile run = RunFile::open(a.run, false);
   std::vector<fs::path> files(a.files.begin(), a.files.end());
   if (files.empty()) files = {beside(a.run, "-strip.png"), beside(a.run, ".mp4")};
@@ -53,6 +58,7 @@ int renderRun(const RenderArguments& a) {
   const sim::Recording recording = bestRecording(run);
   const render::DrawOptions draw{.contact_forces = a.forces, .com = a.com};
   for (const fs::path& f : files) {
+    if (interrupt.token().stop_requested()) return kInterrupted;
     if (f.extension() == ".png") {
       render::FilmStripOptions options{.times = a.times, .count = a.count, .columns = a.columns};
       options.draw = draw;
@@ -74,8 +80,15 @@ int renderRun(const RenderArguments& a) {
         options.height = a.size[1];
       }
       ProgressLine line("video", 100, 0, a.quiet);
-      options.progress = [&](double done) { line.update(100 * done, "%", "%/s"); };
-      render::writeVideo(recording, f, options);
+      options.progress = [&](double done) {
+        if (interrupt.token().stop_requested()) throw Stopped();
+        line.update(100 * done, "%", "%/s");
+      };
+      try {
+        render::writeVideo(recording, f, options);
+      } catch (const Stopped&) {
+        return kInterrupted;  // and no file is left
+      }
     }
     if (!a.quiet) fmt::print("{}\n", f.string());
   }
@@ -83,24 +96,11 @@ int renderRun(const RenderArguments& a) {
 }
 
 render::CostHistory historyOf(const RunFile& run) {
-  render::CostHistory h;
-  std::optional<optim::Evaluation> best;
-  double number = 0;
+  std::vector<render::CostTrial> trials;
   for (const TrialRow& row : run.trials()) {
-    const optim::Evaluation e{row.cost, {!row.violated.empty()}, row.failed};
-    number += 1;
-    if (row.failed) {
-      h.failed.push_back(number);
-    } else {
-      h.trials.push_back(number);
-      h.costs.push_back(row.cost);
-    }
-    if (!best || optim::better(e, *best)) best = e;
-    if (best->failed) continue;
-    h.evaluations.push_back(number);
-    h.best.push_back(best->cost);
+    trials.push_back({row.cost, !row.violated.empty(), row.failed});
   }
-  return h;
+  return render::costHistory(trials);
 }
 
 struct PlotArguments {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "apps/cli/progress.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
@@ -31,7 +33,7 @@ std::string note(const optim::Progress& p) {
   if (!p.best) return "";
   std::string text = fmt::format("best {:.3g}", p.best->evaluation.cost);
   if (!p.best->evaluation.feasible()) text += " (failing)";
-  if (p.failed > 0) text += fmt::format("  {} diverged", p.failed);
+  if (p.failed > 0) text += fmt::format("  {} without a cost", p.failed);
   return text;
 }
 
@@ -57,7 +59,11 @@ void requireSameOptions(const RunFile& run, const RunFile::Meta& asked) {
 }  // namespace
 
 RunFile openRun(const std::string& file, const RunFile::Meta& meta, bool resume) {
-  const bool exists = std::filesystem::exists(file);
+  bool exists = std::filesystem::exists(file);
+  if (exists && resume && RunFile::neverBegan(file)) {
+    std::filesystem::remove(file);
+    exists = false;
+  }
   if (!exists) return RunFile::create(file, meta);
   if (!resume) {
     throw InputError(fmt::format(
@@ -80,13 +86,21 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
   options.budget = o.budget;
   options.target = o.target;
   options.stop = o.stop;
+  bool forgot = false;
   options.on_generation = [&](const optim::Generation& g) {
+    // What was found before is no longer the outcome.
+    if (!std::exchange(forgot, true)) run.forget({"best"}, outcomeKeys());
     run.appendGeneration(g.progress.generation - 1,
                          rowsOf(g.trials, g.progress.generation - 1, constraints),
                          g.optimizer.save(), {});
     line.update(g.progress.evaluations, note(g.progress), "trials/s");
   };
   return optim::minimise(problem, optimiser, options, start);
+}
+
+bool violates(const TrialRow& row, const std::string& name) {
+  const std::vector<std::string> names = split(row.violated, ',');
+  return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& constraints) {
@@ -97,15 +111,20 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
     trial.evaluation.cost = row.cost;
     trial.evaluation.failed = row.failed;
     for (const std::string& name : constraints) {
-      trial.evaluation.violated.push_back(("," + row.violated + ",").find("," + name + ",") !=
-                                          std::string::npos);
+      trial.evaluation.violated.push_back(violates(row, name));
     }
     ++p.evaluations;
     p.failed += row.failed;
     p.generation = row.generation + 1;
+    if (row.failed) continue;
     if (!p.best || optim::better(trial.evaluation, p.best->evaluation)) p.best = trial;
   }
   return p;
+}
+
+const std::vector<std::string>& outcomeKeys() {
+  static const std::vector<std::string> kKeys = {"stop", "achieved", "ended", "hash"};
+  return kKeys;
 }
 
 std::string required(const RunFile& run, const std::string& key) {

@@ -28,6 +28,13 @@ struct SearchOptions {
 optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimizer& optimiser,
                       const SearchOptions& options);
 
+/// The meta rows and, with the recording "best", what a search ended with. The first generation
+/// after them makes them outdated, and search() takes them out.
+const std::vector<std::string>& outcomeKeys();
+
+/// Whether a stored trial violated the constraint of this name.
+bool violates(const TrialRow& row, const std::string& name);
+
 /// The stored trials as a state to resume from.
 optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& constraints);
 

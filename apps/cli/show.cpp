@@ -15,11 +15,8 @@ namespace {
 std::vector<std::string> violatedNames(const std::vector<TrialRow>& trials) {
   std::vector<std::string> names;
   for (const TrialRow& t : trials) {
-    for (size_t from = 0; from < t.violated.size();) {
-      const size_t to = std::min(t.violated.find(',', from), t.violated.size());
-      const std::string name = t.violated.substr(from, to - from);
+    for (const std::string& name : split(t.violated, ',')) {
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-      from = to + 1;
     }
   }
   return names;
@@ -49,9 +46,7 @@ int show(const std::string& file, bool json) {
   j["diverged"] = p.failed;
   for (const std::string& name : names) {
     int count = 0;
-    for (const TrialRow& t : trials) {
-      count += ("," + t.violated + ",").find("," + name + ",") != std::string::npos;
-    }
+    for (const TrialRow& t : trials) count += violates(t, name);
     j["violated"][name] = count;
   }
   if (p.best) {

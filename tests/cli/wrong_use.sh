@@ -51,6 +51,11 @@ echo 'not a database, only some text that goes on' >"$dir/text.run"
 expect 2 'text.run' 'left as it is' -- show "$dir/text.run"
 expect 2 'text.run' -- learn "$nod" --out "$dir/text.run" --resume
 expect 2 'neither a file nor one of' -- inspect nobody
+if [ ! -e /usr/local/share/traceur ]; then
+  program=$(realpath "$traceur")
+  (cd / && "$program" inspect nobody 2>&1) | grep -q 'found no models/ in: ' ||
+    { echo "inspect without any models/: does not say where it looked"; failures=$((failures + 1)); }
+fi
 printf '<mujoco><worldbody></mujoco>' >"$dir/broken.xml"
 expect 2 'broken.xml:1' -- inspect "$dir/broken.xml"
 if [ -e "$dir/a.run" ]; then
@@ -75,9 +80,61 @@ fi
 "$traceur" learn "$nod" --budget 32 --out "$dir/c.run" --json 2>/dev/null |
   python3 -c 'import json, sys; d = json.load(sys.stdin); sys.exit(not (d["evaluations"] == 32 and d["run"].endswith("c.run") and d["unit"] == "rad"))' ||
   { echo "--json: not the object it should be"; failures=$((failures + 1)); }
-for verb in learn show render plot inspect; do
+verbs=$("$traceur" --help | sed -n '/^Subcommands:/,$s/^  \([a-z][a-z-]*\) .*/\1/p')
+[ "$(echo "$verbs" | wc -l)" -ge 5 ] || { echo "traceur --help: no verbs in it"; failures=$((failures + 1)); }
+for verb in $verbs; do
   "$traceur" "$verb" --help | grep -q 'Example' || { echo "$verb --help: no example"; failures=$((failures + 1)); }
 done
+
+# inspect judges only verbs there are, and a robot without a TOML can be learned with.
+for robot in bioloid-gp models/bioloid-gp/robot.xml; do
+  "$traceur" inspect "$robot" --json | VERBS=$verbs python3 -c '
+import json, os, sys
+missing = json.load(sys.stdin)["missing"]
+sys.exit(not (set(missing) <= set(os.environ["VERBS"].split()) and missing["learn"] == []))' ||
+    { echo "inspect $robot: missing is not what it should be"; failures=$((failures + 1)); }
+done
+
+# A skill that does not say what a trial achieved is neither reached nor not.
+sed '/^achieved/d; /^tolerance/d' "$nod" >"$dir/plain.toml"
+"$traceur" learn "$dir/plain.toml" --budget 32 --out "$dir/d.run" --json 2>/dev/null |
+  python3 -c 'import json, sys; d = json.load(sys.stdin); sys.exit(not (d["reached"] is None and d["achieved"] is None))' ||
+  { echo "no achieved: not null"; failures=$((failures + 1)); }
+"$traceur" learn "$dir/plain.toml" --budget 32 --out "$dir/e.run" 2>/dev/null | grep -q 'nod: best cost' ||
+  { echo "no achieved: no cost in the answer"; failures=$((failures + 1)); }
+
+# Killed before there was a run in its file: --resume begins it.
+: >"$dir/empty.run"
+expect 2 'exists already' -- learn "$nod" --budget 32 --out "$dir/empty.run"
+expect 2 'before it began' -- show "$dir/empty.run"
+expect 0 -- learn "$nod" --budget 32 --out "$dir/empty.run" --resume --quiet
+
+# A later generation makes what was found before outdated, also when it is never replaced.
+"$traceur" learn "$nod" --budget 32 --out "$dir/f.run" --quiet || failures=$((failures + 1))
+"$traceur" learn "$nod" --budget 1000000 --step-size 0.2 --out "$dir/f.run" --resume --quiet &
+pid=$!
+for _ in $(seq 100); do
+  "$traceur" show "$dir/f.run" --json | grep -q '"generations": 2,' || break
+  sleep 0.05
+done
+kill -9 $pid 2>/dev/null
+wait $pid 2>/dev/null
+"$traceur" show "$dir/f.run" --json | grep -q '"achieved": "-"' ||
+  { echo "killed after --resume: the outcome is the one before"; failures=$((failures + 1)); }
+expect 2 'nothing is recorded yet' -- render "$dir/f.run" "$dir/f.mp4"
+
+# Ctrl-C while a video is written leaves no part of it.
+"$traceur" render "$dir/b.run" "$dir/g.mp4" --speed 0.01 --size 1280x960 --quiet &
+pid=$!
+sleep 1
+kill -TERM $pid 2>/dev/null
+wait $pid
+code=$?
+[ $code -eq 130 ] || { echo "render: exit $code instead of 130 when asked to stop"; failures=$((failures + 1)); }
+if ls -A "$dir" | grep -q 'g.mp4'; then
+  echo "a video that was stopped left a file behind"
+  failures=$((failures + 1))
+fi
 
 [ $failures -eq 0 ] && echo "all as expected" || echo "$failures failures"
 [ $failures -eq 0 ]

@@ -6,7 +6,7 @@
 #include "traceur/skill/skill.h"
 
 int main() {
-  const auto path = traceur::skill::findRobot("bioloid-gp", "/");
+  const auto path = traceur::skill::findRobot("bioloid-gp", DATA);
   const auto robot =
       std::make_shared<const traceur::sim::Robot>(traceur::sim::Robot::fromFile(path));
   const auto model = traceur::sim::Model::fromScene({.robot = robot});

@@ -12,8 +12,10 @@ run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 set(configure ${CMAKE_COMMAND} -S ${SOURCE} -G Ninja -DCMAKE_PREFIX_PATH=${WORK}/prefix)
 run(${configure} -B ${WORK}/client -DWANTED=0.1)
 run(${CMAKE_COMMAND} --build ${WORK}/client)
-run(${CMAKE_COMMAND} -E env TRACEUR_DATA=${WORK}/prefix/share/traceur ${WORK}/client/client)
-run(${WORK}/prefix/bin/traceur --version)
+# From where no models/ is above, so that only the installation's own can be found.
+run(${CMAKE_COMMAND} -E env --unset=TRACEUR_DATA ${CMAKE_COMMAND} -E chdir / ${WORK}/client/client)
+run(${CMAKE_COMMAND} -E env --unset=TRACEUR_DATA ${CMAKE_COMMAND} -E chdir /
+    ${WORK}/prefix/bin/traceur inspect bioloid-gp)
 execute_process(COMMAND ${configure} -B ${WORK}/wrong -DWANTED=99.0
                 RESULT_VARIABLE code OUTPUT_QUIET ERROR_QUIET)
 if(code EQUAL 0)

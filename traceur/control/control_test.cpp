@@ -78,6 +78,23 @@ TEST(StablePd, NeverAsksMoreThanTheLimit) {
   EXPECT_NEAR(tau.tail(16).cwiseAbs().maxCoeff(), 0.6, 1e-12);
 }
 
+TEST(StablePd, ClampsTheSumOrItsOwnPartOnce) {
+  const auto model = bioloid();
+  sim::World world(model);
+  world.reset(model->initialState());
+  StablePd pd = defaultController(model);
+  const JointTarget far{VectorXd::Constant(16, 2.0)};  // asks for all of 0.6 N·m
+  const int d = model->joints()[0].v;
+  const auto torque = [&](StablePd::Clamp clamp) {
+    VectorXd tau = VectorXd::Zero(model->nv());
+    tau[d] = -0.5;
+    pd.addTorque(world.snapshot(), far, tau, clamp);
+    return tau[d];
+  };
+  EXPECT_NEAR(torque(StablePd::Clamp::kSum), 0.6, 1e-12);
+  EXPECT_NEAR(torque(StablePd::Clamp::kOwn), 0.1, 1e-12);
+}
+
 TEST(LimitedTorque, ClampsFadesAndNeverReducesBraking) {
   const JointLimit limit{2, 10, -1, 1};
   EXPECT_EQ(limitedTorque(5, 0, limit), 2);
@@ -88,6 +105,9 @@ TEST(LimitedTorque, ClampsFadesAndNeverReducesBraking) {
   EXPECT_EQ(limitedTorque(-5, 12, limit), -2);
   const JointLimit none{INFINITY, INFINITY, -1, 1};
   EXPECT_EQ(limitedTorque(5e9, 1e9, none), 5e9);
+  const JointLimit fast{INFINITY, 10, -1, 1};  // a speed limit alone
+  EXPECT_EQ(limitedTorque(5, 12, fast), 0);
+  EXPECT_EQ(limitedTorque(-5, 12, fast), -5);
 }
 
 TEST(ToMotors, DropsTheRootAndOnlyTheRoot) {
@@ -133,6 +153,10 @@ TEST(Expression, ComputesWithNamesThatHoldDots) {
   EXPECT_TRUE(both.holds());
   v = NAN;
   EXPECT_FALSE(both.holds());
+  const Expression bare("com_velocity.x", [&](const std::string&) { return &v; });
+  EXPECT_FALSE(bare.holds());
+  v = 2;
+  EXPECT_TRUE(bare.holds());
 }
 
 TEST(Expression, RefusesWhatItCannotMean) {
@@ -180,6 +204,63 @@ TEST(Signals, ReadWhatTheSnapshotSays) {
   EXPECT_NEAR(*knee, -0.2, 1e-2);
   EXPECT_EQ(*torso, world.snapshot().bodyPosition(model->root()).z());
   EXPECT_NEAR(*pitch, 0, 1e-2);
+}
+
+TEST(Signals, ContactsInsideTheRobotDoNotCount) {
+  const auto model = bioloid();
+  sim::World world(model);
+  sim::State s = model->stateOf({});
+  s.q[2] += 1;  // in the air, one shin through the other
+  s.q[model->joint("l_hip").q] = 1.2;
+  s.q[model->joint("r_hip").q] = -1.2;
+  world.reset(s);
+  world.step({VectorXd::Zero(16)});
+  ASSERT_FALSE(world.snapshot().contacts().empty());
+  ASSERT_FALSE(world.snapshot().touchesWorld());
+  Signals signals(model);
+  const double* feet = signals.find("contact.feet");
+  const double* force = signals.find("contact_force.feet");
+  std::vector<const double*> bodies;
+  for (int b = 1; b < model->bodies(); ++b) {
+    bodies.push_back(signals.find("contact." + model->bodyName({b})));
+  }
+  signals.update(world.snapshot());
+  EXPECT_EQ(*feet, 0);
+  EXPECT_EQ(*force, 0);
+  for (const double* n : bodies) EXPECT_EQ(*n, 0);
+}
+
+TEST(Signals, APropsContactsWithTheRobotCount) {
+  const auto robot =
+      std::make_shared<const sim::Robot>(sim::Robot::fromFile("models/bioloid-gp/robot.toml"));
+  sim::Prop ball{.name = "ball", .shape = sim::Prop::Shape::kBall, .mass = 0.1};
+  ball.size.setConstant(0.05);
+  ball.position = {0.12, 0, 0.2};
+  const auto model = sim::Model::fromScene({.robot = robot, .ground = false, .props = {ball}});
+  sim::World world(model);
+  sim::State s = model->stateOf(robot->poses.at("stand"));
+  s.v.tail(6)[0] = -3;
+  world.reset(s);
+  Signals signals(model);
+  const double* touched = signals.find("contact.ball");
+  const double* robots = signals.find("contact.robot");
+  double most = 0;
+  for (int i = 0; i < 100; ++i) {
+    world.step({VectorXd::Zero(16)});
+    signals.update(world.snapshot());
+    EXPECT_EQ(*touched, *robots);
+    most = std::max(most, *touched);
+  }
+  EXPECT_GT(most, 0);
+}
+
+TEST(Signals, OffersNoNameThatAnExpressionCannotSpell) {
+  Signals signals(sim::Model::fromMjcf(R"(<mujoco><worldbody><body name="left-foot"><freejoint/>
+    <geom size=".1"/><body name="right_foot"><joint name="an ankle"/><geom size=".1"/></body>
+    </body></worldbody></mujoco>)"));
+  const std::vector<std::string> names = signals.names();
+  EXPECT_NE(std::find(names.begin(), names.end(), "body.right_foot.z"), names.end());
+  for (const std::string& name : names) EXPECT_TRUE(Expression::isName(name)) << name;
 }
 
 TEST(Signals, EveryNameItOffersExistsAndOthersDoNot) {

@@ -9,6 +9,11 @@
 
 namespace traceur::control {
 
+namespace {
+constexpr const char* kNameChars =
+    "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+}  // namespace
+
 struct Expression::Parser {
   mu::Parser parser;
 
@@ -22,7 +27,7 @@ struct Expression::Parser {
         throw InputError(fmt::format("\"{}\": '=' assigns; did you mean '=='?", text));
       }
     }
-    parser.DefineNameChars("0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ");
+    parser.DefineNameChars(kNameChars);
     parser.DefineConst("pi", M_PI);
     parser.DefineFun("atan2", [](double y, double x) { return std::atan2(y, x); });
     parser.SetExpr(text);
@@ -51,6 +56,13 @@ std::vector<std::string> Expression::namesIn(const std::string& text) {
   } catch (const mu::ParserError& e) {
     throw Parser::error(text, e);
   }
+}
+
+bool Expression::isName(const std::string& text) {
+  if (text.empty() || text.find_first_not_of(kNameChars) != std::string::npos) return false;
+  if (text[0] == '.' || (text[0] >= '0' && text[0] <= '9')) return false;
+  const Parser p(text);
+  return !p.parser.GetFunDef().contains(text) && !p.parser.GetConst().contains(text);
 }
 
 Expression::Expression(const std::string& text, const Lookup& lookup)

@@ -11,7 +11,7 @@ namespace traceur::control {
 
 /// An arithmetic expression: + - * / ^, comparisons, && ||, c ? a : b, and abs, min, max, sqrt,
 /// exp, sin, cos, tan, atan2, sign, … and pi (muParser's language, without assignment). Names may
-/// hold dots. True is 1, false is 0; comparisons with not-a-number are false.
+/// hold dots. True is 1, false is 0. Comparisons with not-a-number are false, but for != .
 class Expression {
  public:
   /// Where a name's value lives, or null if nothing has that name.
@@ -27,11 +27,18 @@ class Expression {
   Expression& operator=(Expression&&) noexcept;
 
   double value() const;
-  bool holds() const { return value() != 0; }
+  /// The value is a number and not 0.
+  bool holds() const {
+    const double v = value();
+    return v == v && v != 0;
+  }
 
   /// The names a text uses, sorted.
   /// @throws InputError as the constructor, but for unknown names
   static std::vector<std::string> namesIn(const std::string& text);
+  /// Whether a text can be a name in an expression: letters, digits, '_' and '.', no digit first,
+  /// and no function or constant of the language.
+  static bool isName(const std::string& text);
 
  private:
   struct Parser;

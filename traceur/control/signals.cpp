@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "traceur/control/expression.h"
 #include "traceur/core/error.h"
 
 namespace traceur::control {
@@ -45,6 +46,15 @@ double attitude(const Eigen::Matrix3d& R, int axis) {
   }
 }
 
+/// 1 or -1 when side b or a of a contact, and not the other, is in bodies; 0 for neither, for both
+/// and inside the robot.
+int sideIn(const sim::Model& model, const std::vector<bool>& bodies, const sim::Contact& c) {
+  const bool a = bodies[c.body_a.value];
+  if (a == bodies[c.body_b.value]) return 0;
+  if (model.isRobot(c.body_a) && model.isRobot(c.body_b)) return 0;
+  return a ? -1 : 1;
+}
+
 }  // namespace
 
 Signals::Signals(std::shared_ptr<const sim::Model> model) : model_(std::move(model)) {}
@@ -68,9 +78,7 @@ std::vector<bool> Signals::bodiesNamed(const std::string& name) const {
   std::vector<bool> in(m.bodies(), false);
   const sim::Robot* robot = m.robot().get();
   if (name == "robot") {
-    for (int b = 1; b < m.bodies(); ++b) {
-      in[b] = b == m.root().value || in[m.parent({b}).value];
-    }
+    for (int b = 1; b < m.bodies(); ++b) in[b] = m.isRobot({b});
   } else if (robot && robot->bodies.contains(name)) {
     for (const std::string& body : robot->bodies.at(name)) in[m.body(body).value] = true;
   } else {
@@ -83,19 +91,16 @@ std::function<double(const Snapshot&)> Signals::reader(const std::string& name) 
   try {
     if (name == "time") return [](const Snapshot& s) { return s.time(); };
     if (const auto group = after(name, "contact.")) {
-      return [in = bodiesNamed(*group)](const Snapshot& s) {
+      return [m = model_.get(), in = bodiesNamed(*group)](const Snapshot& s) {
         int n = 0;
-        for (const sim::Contact& c : s.contacts()) n += in[c.body_a.value] != in[c.body_b.value];
+        for (const sim::Contact& c : s.contacts()) n += sideIn(*m, in, c) != 0;
         return static_cast<double>(n);
       };
     }
     if (const auto group = after(name, "contact_force.")) {
-      return [in = bodiesNamed(*group)](const Snapshot& s) {
+      return [m = model_.get(), in = bodiesNamed(*group)](const Snapshot& s) {
         double f = 0;
-        for (const sim::Contact& c : s.contacts()) {
-          if (in[c.body_b.value] && !in[c.body_a.value]) f += c.f_WC.z();
-          if (in[c.body_a.value] && !in[c.body_b.value]) f -= c.f_WC.z();
-        }
+        for (const sim::Contact& c : s.contacts()) f += sideIn(*m, in, c) * c.f_WC.z();
         return f;
       };
     }
@@ -163,6 +168,7 @@ std::vector<std::string> Signals::names() const {
     out.push_back("joint." + j.name);
     out.push_back("joint_velocity." + j.name);
   }
+  std::erase_if(out, [](const std::string& name) { return !Expression::isName(name); });
   return out;
 }
 

@@ -21,7 +21,7 @@ namespace traceur::control {
 ///     body.NAME.x                origin of a body [m];  body_velocity.NAME.x [m/s]
 ///     joint.NAME                 angle [rad];  joint_velocity.NAME [rad/s]
 ///     contact.NAME               how many points of a body or a group of the robot's file touch
-///                                anything outside the group's robot
+///                                something else; a robot's bodies: something that is not the robot
 ///     contact.robot              of any of its bodies
 ///     contact_force.NAME         vertical force on them [N]
 class Signals {
@@ -30,7 +30,8 @@ class Signals {
 
   /// The place of a signal, valid as long as this object; null if there is no such signal.
   const double* find(const std::string& name);
-  /// Examples of every kind for this model, for messages and did-you-mean.
+  /// Examples of every kind for this model, for messages and did-you-mean; without those whose body
+  /// or joint has a name that no expression can spell, such as one with '-'.
   std::vector<std::string> names() const;
 
   void update(const sim::Snapshot& s);

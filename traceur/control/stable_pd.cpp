@@ -16,7 +16,7 @@ StablePd::StablePd(std::shared_ptr<const sim::Model> model, std::vector<sim::Joi
 }
 
 void StablePd::addTorque(const sim::Snapshot& s, const JointTarget& target,
-                         Eigen::Ref<VectorXd> tau) {
+                         Eigen::Ref<VectorXd> tau, Clamp clamp) {
   const std::vector<sim::Joint>& joints = model_->joints();
   const double dt = model_->timeStep();
   const auto q = s.q();
@@ -34,15 +34,19 @@ void StablePd::addTorque(const sim::Snapshot& s, const JointTarget& target,
     const int d = joints[i].v;
     const double error = q[joints[i].q] + dt * v[d] - target.q[i];
     const double torque = -gains_[i].kp * error - gains_[i].kd * (v[d] + dt * vdot_[d]);
-    tau[d] += limitedTorque(torque, v[d], limits_[i]);
+    tau[d] = clamp == Clamp::kSum ? limitedTorque(tau[d] + torque, v[d], limits_[i])
+                                  : tau[d] + limitedTorque(torque, v[d], limits_[i]);
   }
 }
 
 double limitedTorque(double torque, double v, const sim::JointLimit& limit) {
-  constexpr double kFade = 0.9;
+  static constexpr double kFade = 0.9;
   double most = limit.torque;
   if (torque * v > 0 && std::isfinite(limit.speed)) {
-    most *= std::clamp((limit.speed - std::abs(v)) / ((1 - kFade) * limit.speed), 0.0, 1.0);
+    const double fade =
+        std::clamp((limit.speed - std::abs(v)) / ((1 - kFade) * limit.speed), 0.0, 1.0);
+    if (fade == 0) return 0;  // also where there is no limit of torque
+    most *= fade;
   }
   return std::clamp(torque, -most, most);
 }

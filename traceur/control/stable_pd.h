@@ -1,6 +1,7 @@
 // Joint PD control that stays stable at any gain, and the limits of real motors.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "traceur/sim/snapshot.h"
@@ -26,15 +27,21 @@ struct JointTarget {
 /// Coriolis, passive and last step's contact forces, τ₀ what other controllers have already added.
 class StablePd {
  public:
-  /// @param gains  by index in model.joints(); also the default of each joint's limits
+  /// @param gains  by index in model.joints()
   StablePd(std::shared_ptr<const sim::Model> model, std::vector<sim::JointGain> gains);
 
-  /// Adds the torque, (nv) [N·m], each joint clamped by limitedTorque() with its own limit.
-  void addTorque(const sim::Snapshot& s, const JointTarget& target, Eigen::Ref<VectorXd> tau);
+  /// What limitedTorque() clamps: a joint's sum of what tau held and what is added, as its motor
+  /// can give it, or what is added alone, where the rest is not meant to be the motor's.
+  enum class Clamp { kSum, kOwn };
 
-  /// The limits in force, by index in model.joints(); the robot's own at first.
-  std::vector<sim::JointLimit>& limits() { return limits_; }
-  std::vector<sim::JointGain>& gains() { return gains_; }
+  /// Adds the torque, (nv) [N·m], each joint clamped once with its own limit.
+  void addTorque(const sim::Snapshot& s, const JointTarget& target, Eigen::Ref<VectorXd> tau,
+                 Clamp clamp = Clamp::kSum);
+
+  /// The limits and gains in force, by index in model.joints(); the limits are the robot's at
+  /// first.
+  std::span<sim::JointLimit> limits() { return limits_; }
+  std::span<sim::JointGain> gains() { return gains_; }
 
  private:
   std::shared_ptr<const sim::Model> model_;

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <atomic>
 #include <cmath>
@@ -203,6 +204,104 @@ TEST(RunFile, RefusesWhatIsNotARunAndLeavesItAlone) {
   RunFile::create(dir / "a.run", kMeta);
   EXPECT_NE(messageOf([&] { RunFile::create(dir / "a.run", kMeta); }).find("exists already"),
             std::string::npos);
+}
+
+/// A run as a process killed inside a commit leaves it: its journal beside it, pages of the file
+/// already overwritten.
+std::filesystem::path cutOffInACommit(const std::filesystem::path& dir) {
+  const auto file = dir / "whole.run";
+  {
+    RunFile run = RunFile::create(file, kMeta);
+    for (int g = 0; g < 20; ++g) {
+      const std::vector<TrialRow> rows = {{g, 0, 1.0, false, "", std::vector<double>(500, g)}};
+      run.appendGeneration(g, rows, "state", {});
+    }
+  }
+  sqlite3* db = nullptr;
+  EXPECT_EQ(sqlite3_open(file.c_str(), &db), SQLITE_OK);
+  EXPECT_EQ(
+      sqlite3_exec(db,
+                   "PRAGMA cache_size = 1; BEGIN; UPDATE trial SET cost = 7, x = zeroblob(4000);"
+                   "UPDATE trial SET x = zeroblob(3000)",
+                   nullptr, nullptr, nullptr),
+      SQLITE_OK);
+  const auto cut = dir / "cut.run";
+  std::filesystem::copy_file(file, cut);
+  std::filesystem::copy_file(file.string() + "-journal", cut.string() + "-journal");
+  sqlite3_close(db);
+  return cut;
+}
+
+TEST(RunFile, IsReadRightAfterAKillInsideACommit) {
+  const auto dir = scratch();
+  const auto file = cutOffInACommit(dir);
+  sqlite3* db = nullptr;
+  sqlite3_open_v2(file.c_str(), &db, SQLITE_OPEN_READONLY, nullptr);
+  EXPECT_EQ(sqlite3_exec(db, "SELECT * FROM trial", nullptr, nullptr, nullptr), SQLITE_READONLY);
+  sqlite3_close(db);
+  {
+    const RunFile run = RunFile::open(file, false);
+    ASSERT_EQ(run.trials().size(), 20u);
+    EXPECT_EQ(run.trials()[7].cost, 1);
+    EXPECT_EQ(run.trials()[7].x, std::vector<double>(500, 7));
+  }
+  EXPECT_FALSE(std::filesystem::exists(file.string() + "-journal"));
+  EXPECT_FALSE(std::filesystem::exists(file.string() + "-lock"));
+}
+
+TEST(RunFile, OneWriterAtATimeAndReadersBesideIt) {
+  const auto file = scratch() / "a.run";
+  {
+    RunFile run = RunFile::create(file, kMeta);
+    EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("another process is writing it"),
+              std::string::npos);
+    EXPECT_EQ(RunFile::open(file, false).meta("seed"), "1");
+    const std::vector<TrialRow> rows = {{0, 0, 1.0, false, "", {1}}};
+    run.appendGeneration(0, rows, "state", {});
+  }
+  EXPECT_EQ(RunFile::open(file, true).trials().size(), 1u);
+  EXPECT_FALSE(std::filesystem::exists(file.string() + "-lock"));
+}
+
+TEST(RunFile, ALockThatCannotBeMadeIsTheMachinesRefusal) {
+  const auto dir = scratch();
+  const auto file = dir / "a.run";
+  RunFile::create(file, kMeta);
+  std::filesystem::create_directory(file.string() + "-lock");
+  EXPECT_THROW(RunFile::open(file, true), SystemError);
+  EXPECT_EQ(RunFile::open(file, false).meta("seed"), "1");
+  // A run that could not be made leaves nothing, and one that is there stays.
+  std::filesystem::create_directory(dir / "b.run-lock");
+  EXPECT_THROW(RunFile::create(dir / "b.run", kMeta), SystemError);
+  EXPECT_FALSE(std::filesystem::exists(dir / "b.run"));
+}
+
+TEST(RunFile, AnEmptyFileNeverBegan) {
+  const auto dir = scratch();
+  std::ofstream(dir / "a.run");
+  EXPECT_NE(messageOf([&] { RunFile::create(dir / "a.run", kMeta); }).find("exists already"),
+            std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(dir / "a.run"));
+  EXPECT_NE(messageOf([&] { RunFile::open(dir / "a.run", true); }).find("before it began"),
+            std::string::npos);
+  EXPECT_TRUE(RunFile::neverBegan(dir / "a.run"));
+  RunFile::create(dir / "b.run", kMeta);
+  EXPECT_FALSE(RunFile::neverBegan(dir / "b.run"));
+}
+
+TEST(RunFile, ForgetsWhatNoLongerHolds) {
+  RunFile run = RunFile::create(scratch() / "a.run", kMeta);
+  run.putRecording("best", "bytes");
+  run.forget({"best"}, {"seed"});
+  EXPECT_FALSE(run.recording("best"));
+  EXPECT_FALSE(run.meta("seed"));
+  EXPECT_EQ(run.meta("skill"), "jump");
+}
+
+TEST(Text, SplitsAtASeparator) {
+  EXPECT_EQ(split("", ','), std::vector<std::string>());
+  EXPECT_EQ(split("a", ','), std::vector<std::string>({"a"}));
+  EXPECT_EQ(split("a,b c,d", ','), std::vector<std::string>({"a", "b c", "d"}));
 }
 
 TEST(RunFile, RefusesANewerVersionAndADamagedFile) {

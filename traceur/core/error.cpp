@@ -7,6 +7,9 @@
 namespace traceur {
 
 void Diagnostics::add(int line, int column, std::string_view message) {
+  for (const Entry& e : entries_) {
+    if (e.line == line && e.column == column && e.message == message) return;
+  }
   entries_.push_back({line, column, std::string(message)});
 }
 

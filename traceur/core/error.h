@@ -27,7 +27,7 @@ class Diagnostics {
  public:
   explicit Diagnostics(std::string file) : file_(std::move(file)) {}
 
-  /// Line and column count from 1; line 0 means the file as a whole.
+  /// Line and column count from 1; line 0 means the file as a whole. The same again is kept once.
   void add(int line, int column, std::string_view message);
   bool empty() const { return entries_.empty(); }
 

@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -34,14 +36,86 @@ struct RunFile::Impl {
 
   ~Impl() {
     sqlite3_close(db);
-    if (lock >= 0) ::close(lock);  // after SQLite: closing any descriptor drops its own locks
+    unlock();
   }
 
-  /// Two programs that resume the same run would write the same generations.
+  std::filesystem::path lockFile() const { return file.string() + "-lock"; }
+
+  /// Two programs that resume the same run would write the same generations. The lock is on a file
+  /// beside the run: SQLite loses its own locks when anyone in the process closes a descriptor of
+  /// the run itself.
+  /// @return whether nobody else has it
+  bool tryToLock() {
+    const std::filesystem::path path = lockFile();
+    while (true) {
+      lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+      if (lock < 0) failLock(path);
+      if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+        const int error = errno;
+        ::close(lock);
+        lock = -1;
+        if (error == EWOULDBLOCK) return false;
+        errno = error;
+        failLock(path);
+      }
+      struct stat ours = {};
+      struct stat named = {};
+      if (fstat(lock, &ours) == 0 && stat(path.c_str(), &named) == 0 &&
+          ours.st_ino == named.st_ino && ours.st_dev == named.st_dev) {
+        return true;
+      }
+      ::close(lock);  // its last holder removed it between our two calls
+    }
+  }
+
   void lockForWriting() {
-    lock = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (lock < 0 || flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    if (!tryToLock()) {
       throw InputError(fmt::format("{}: another process is writing it", file.string()));
+    }
+  }
+
+  void unlock() {
+    if (lock < 0) return;
+    ::unlink(lockFile().c_str());  // while it is still locked: nobody else's
+    ::close(lock);
+    lock = -1;
+  }
+
+  [[noreturn]] static void failLock(const std::filesystem::path& path) {
+    throw SystemError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(errno)));
+  }
+
+  void openDatabase(bool to_write) {
+    sqlite3_close(db);
+    db = nullptr;
+    if (sqlite3_open_v2(file.c_str(), &db, to_write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY,
+                        nullptr) != SQLITE_OK) {
+      fail("cannot be opened");
+    }
+    sqlite3_busy_timeout(db, 5000);
+  }
+
+  /// A process killed while it wrote leaves a journal, and the first to open the file takes its
+  /// half-written generation back. A reader may not, so it borrows the lock to do it.
+  void takeBackWhatWasCutOff() {
+    sqlite3_exec(db, "PRAGMA schema_version", nullptr, nullptr, nullptr);
+    const int code = sqlite3_extended_errcode(db);
+    if (code != SQLITE_READONLY_ROLLBACK && code != SQLITE_READONLY_CANTINIT &&
+        code != SQLITE_READONLY_DIRECTORY) {
+      return;
+    }
+    try {
+      if (tryToLock()) {
+        openDatabase(true);
+        execute("PRAGMA schema_version", "cannot be taken back to its last whole generation");
+        unlock();
+      }
+      openDatabase(false);
+    } catch (const SystemError& e) {
+      throw InputError(
+          fmt::format("{}: was cut off while it was being written, and cannot be put right here "
+                      "({}); resume it, or copy it and its -journal to where you may write",
+                      file.string(), e.what()));
     }
   }
 
@@ -144,9 +218,6 @@ RunFile& RunFile::operator=(RunFile&&) noexcept = default;
 
 RunFile RunFile::create(const std::filesystem::path& file, const Meta& meta) {
   std::error_code error;
-  if (std::filesystem::exists(file, error)) {
-    throw InputError(fmt::format("{}: exists already", file.string()));
-  }
   if (file.has_parent_path()) {
     std::filesystem::create_directories(file.parent_path(), error);
     if (error) {
@@ -154,13 +225,19 @@ RunFile RunFile::create(const std::filesystem::path& file, const Meta& meta) {
                                     error.message()));
     }
   }
+  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (made < 0 && errno == EEXIST) {
+    throw InputError(fmt::format("{}: exists already", file.string()));
+  }
+  if (made < 0) {
+    throw SystemError(fmt::format("{}: cannot be made: {}", file.string(), std::strerror(errno)));
+  }
+  ::close(made);
   auto impl = std::make_unique<Impl>();
   impl->file = file;
-  if (sqlite3_open_v2(file.c_str(), &impl->db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE,
-                      nullptr) != SQLITE_OK) {
-    impl->fail("cannot be made");
-  }
   try {
+    impl->lockForWriting();
+    impl->openDatabase(true);
     Transaction transaction(impl->db);
     impl->execute("BEGIN IMMEDIATE", "cannot be written");
     impl->execute(kSchema, "cannot be written");
@@ -171,10 +248,8 @@ RunFile RunFile::create(const std::filesystem::path& file, const Meta& meta) {
     putMeta(*impl, meta);
     impl->execute("COMMIT", "cannot be written");
     transaction.done();
-    impl->lockForWriting();
   } catch (...) {
-    impl.reset();
-    std::filesystem::remove(file, error);  // ours and empty: nothing half-written stays
+    std::filesystem::remove(file, error);  // made above: nothing half-written stays
     throw;
   }
   return RunFile(std::move(impl));
@@ -187,16 +262,16 @@ RunFile RunFile::open(const std::filesystem::path& file, bool to_write) {
   }
   auto impl = std::make_unique<Impl>();
   impl->file = file;
-  if (sqlite3_open_v2(file.c_str(), &impl->db,
-                      to_write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY,
-                      nullptr) != SQLITE_OK) {
-    impl->fail("cannot be opened");
-  }
-  sqlite3_busy_timeout(impl->db, 5000);
+  if (to_write) impl->lockForWriting();
+  impl->openDatabase(to_write);
+  if (!to_write) impl->takeBackWhatWasCutOff();
   const auto pragma = [&](const char* name) {
     Statement s(*impl, fmt::format("PRAGMA {}", name).c_str());
     return s.step() ? s.bytes(0) : std::string();
   };
+  if (pragma("page_count") == "0") {
+    throw InputError(fmt::format("{}: empty: it was cut off before it began", file.string()));
+  }
   if (pragma("application_id") != std::to_string(kApplicationId)) {
     throw InputError(fmt::format("{}: an SQLite file, but not a Traceur run", file.string()));
   }
@@ -207,7 +282,6 @@ RunFile RunFile::open(const std::filesystem::path& file, bool to_write) {
   if (const std::string verdict = pragma("quick_check(1)"); verdict != "ok") {
     throw InputError(fmt::format("{}: damaged: {} (left as it is)", file.string(), verdict));
   }
-  if (to_write) impl->lockForWriting();
   return RunFile(std::move(impl));
 }
 
@@ -242,6 +316,33 @@ void RunFile::appendGeneration(int generation, std::span<const TrialRow> trials,
   putMeta(*impl_, progress);
   impl_->execute("COMMIT", "cannot be written");
   transaction.done();
+}
+
+void RunFile::forget(const std::vector<std::string>& recordings,
+                     const std::vector<std::string>& meta) {
+  Transaction transaction(impl_->db);
+  impl_->execute("BEGIN IMMEDIATE", "cannot be written");
+  Statement recording(*impl_, "DELETE FROM recording WHERE name = ?");
+  for (const std::string& name : recordings) recording.bind(1, name).run();
+  Statement value(*impl_, "DELETE FROM meta WHERE key = ?");
+  for (const std::string& key : meta) value.bind(1, key).run();
+  impl_->execute("COMMIT", "cannot be written");
+  transaction.done();
+}
+
+bool RunFile::neverBegan(const std::filesystem::path& file) {
+  Impl impl;
+  impl.file = file;
+  if (!impl.tryToLock()) return false;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return false;
+  if (!std::filesystem::is_empty(file, error) &&
+      !std::filesystem::exists(file.string() + "-journal", error)) {
+    return false;
+  }
+  impl.openDatabase(true);
+  Statement pages(impl, "PRAGMA page_count");
+  return pages.step() && pages.integer(0) == 0;
 }
 
 std::vector<TrialRow> RunFile::trials() const {

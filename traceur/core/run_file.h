@@ -30,18 +30,24 @@ struct TrialRow {
 ///     recording(name TEXT PRIMARY KEY, bytes)          sim::Recording::encode()
 ///
 /// A generation's trials, the optimiser's state and the progress in meta change in one transaction.
+/// While a run is open to be written, FILE-lock beside it keeps other writers out.
 class RunFile {
  public:
   static constexpr int kVersion = 1;
   using Meta = std::map<std::string, std::string>;
 
   /// A new file with its meta rows; folders on the way are made.
-  /// @throws InputError when the file exists; SystemError when it cannot be written
+  /// @throws InputError when the file exists, empty or not; SystemError when it cannot be written
   static RunFile create(const std::filesystem::path& file, const Meta& meta);
   /// An existing file, to read or to go on with.
-  /// @throws InputError: missing, not a run, made by a newer version, damaged, or to be written
-  /// while another process writes it. Never changes it.
+  /// @throws InputError: missing, empty, not a run, made by a newer version, damaged, or to be
+  /// written while another process writes it. Never changes it, but for a transaction that a killed
+  /// process left half written, which is taken back; where that is not allowed, InputError, too.
   static RunFile open(const std::filesystem::path& file, bool to_write);
+  /// Whether a file is empty, or is once what was left half written is taken back, which this does:
+  /// the process that made it was killed before there was a run in it.
+  /// @throws SystemError when it cannot be opened to be written
+  static bool neverBegan(const std::filesystem::path& file);
   ~RunFile();
   RunFile(RunFile&&) noexcept;
   RunFile& operator=(RunFile&&) noexcept;
@@ -52,6 +58,8 @@ class RunFile {
   /// Stores a generation, all or nothing.
   void appendGeneration(int generation, std::span<const TrialRow> trials, std::string_view state,
                         const Meta& progress);
+  /// Takes out recordings and meta rows that no longer hold, all or nothing.
+  void forget(const std::vector<std::string>& recordings, const std::vector<std::string>& meta);
   std::vector<TrialRow> trials() const;
   /// The optimiser's state after the last stored generation; none before the first.
   std::optional<std::string> state() const;

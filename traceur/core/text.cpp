@@ -42,6 +42,16 @@ std::string didYouMean(std::string_view word, std::span<const std::string> candi
   return nearest ? " Did you mean \"" + *nearest + "\"?" : "";
 }
 
+std::vector<std::string> split(std::string_view text, char separator) {
+  std::vector<std::string> parts;
+  while (!text.empty()) {
+    const size_t end = std::min(text.find(separator), text.size());
+    parts.emplace_back(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return parts;
+}
+
 std::string join(std::span<const std::string> words, std::string_view separator) {
   std::string text;
   for (const std::string& w : words) {

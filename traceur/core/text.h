@@ -12,6 +12,9 @@ namespace traceur {
 /// third of its length, at least 1; or beginning with word), or "" when none is near.
 std::string didYouMean(std::string_view word, std::span<const std::string> candidates);
 
+/// What stands between separators; none for an empty text.
+std::vector<std::string> split(std::string_view text, char separator);
+
 /// "a, b, c".
 std::string join(std::span<const std::string> words, std::string_view separator = ", ");
 

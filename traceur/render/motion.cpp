@@ -17,8 +17,8 @@ constexpr double kLeastFlight = 0.03;  // [s] [ours]
 /// Touches something fixed to the world.
 bool isGrounded(const sim::Model& model, const sim::Frame& frame) {
   return std::any_of(frame.contacts.begin(), frame.contacts.end(), [&](const sim::Contact& c) {
-    return (isRobot(model, c.body_a) && model.isStatic(c.body_b)) ||
-           (isRobot(model, c.body_b) && model.isStatic(c.body_a));
+    return model.isRobot(c.body_a) != model.isRobot(c.body_b) &&
+           (model.isStatic(c.body_a) || model.isStatic(c.body_b));
   });
 }
 
@@ -50,13 +50,6 @@ std::vector<Flight> flightsOf(const sim::Model& model, const std::vector<sim::Fr
 }
 
 }  // namespace
-
-bool isRobot(const sim::Model& model, sim::BodyId body) {
-  const mjModel* m = model.raw();
-  const int root = model.root().value;
-  return body.value > 0 && body.value < m->nbody &&
-         (root <= 0 || m->body_rootid[body.value] == m->body_rootid[root]);
-}
 
 void checkRecording(const sim::Model& model, const sim::Recording& recording) {
   if (recording.frames.empty()) throw InputError("the recording has no frames");

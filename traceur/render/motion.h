@@ -36,7 +36,4 @@ std::string phaseName(const sim::Recording& recording, const sim::Frame& frame);
 std::vector<double> tellingTimes(const sim::Model& model, const sim::Recording& recording,
                                  int count);
 
-/// Whether a body belongs to the robot.
-bool isRobot(const sim::Model& model, sim::BodyId body);
-
 }  // namespace traceur::render

@@ -160,7 +160,6 @@ struct Offscreen::State {
   void overlay(const sim::Frame& frame, const Camera& camera, const DrawOptions& draw,
                Image& image) const;
   Vector2d project(const Camera& camera, const Vector3d& p) const;
-  bool isRobot(int body) const;
 
   std::shared_ptr<const sim::Model> model;
   OffscreenOptions options;
@@ -175,11 +174,6 @@ struct Offscreen::State {
   std::vector<std::uint8_t> pixels;
 };
 
-bool Offscreen::State::isRobot(int body) const {
-  const int root = model->root().value;
-  return body > 0 && (root <= 0 || m->body_rootid[body] == m->body_rootid[root]);
-}
-
 Offscreen::State::State(std::shared_ptr<const sim::Model> model_in,
                         const OffscreenOptions& options_in)
     : model(std::move(model_in)), options(options_in) {
@@ -191,7 +185,7 @@ Offscreen::State::State(std::shared_ptr<const sim::Model> model_in,
     const bool visible = m->geom_group[g] < mjNGROUP && show.geomgroup[m->geom_group[g]];
     if (!visible || m->geom_type[g] == mjGEOM_PLANE) continue;
     all_geoms.push_back(g);
-    if (isRobot(m->geom_bodyid[g])) robot_geoms.push_back(g);
+    if (model->isRobot({m->geom_bodyid[g]})) robot_geoms.push_back(g);
   }
   if (robot_geoms.empty()) robot_geoms = all_geoms;
   mj_kinematics(m, d);
@@ -426,7 +420,9 @@ void Offscreen::State::overlay(const sim::Frame& frame, const Camera& camera,
   if (draw.contact_forces) {
     std::map<int, BodyForce> forces;
     const auto add = [&](int body, int other, const Vector3d& p, const Vector3d& f) {
-      if (body >= m->nbody || other >= m->nbody || !isRobot(body) || isRobot(other)) return;
+      if (body >= m->nbody || other >= m->nbody || !model->isRobot({body}) ||
+          model->isRobot({other}))
+        return;
       BodyForce& sum = forces[body];
       sum.weighted += f.norm() * p;
       sum.weight += f.norm();

@@ -703,6 +703,16 @@ TEST(StandardFigures, CentreOfMassAndContacts) {
   EXPECT_NEAR(series[1].y[0], weight, 1e-9);
 }
 
+TEST(CostHistory, NeverRisesAndFollowsTrialsThatViolateNothing) {
+  const CostHistory h =
+      costHistory({{5, true}, {1, true}, {9}, {0.5, true}, {3}, {0, false, true}, {4}});
+  EXPECT_EQ(h.evaluations, std::vector<double>({3, 4, 5, 6, 7}));
+  EXPECT_EQ(h.best, std::vector<double>({9, 9, 3, 3, 3}));
+  EXPECT_EQ(h.costs, std::vector<double>({5, 1, 9, 0.5, 3, 4}));
+  EXPECT_EQ(h.failed, std::vector<double>({6}));
+  EXPECT_EQ(costHistory({{5, true}, {1, true}, {2, true}}).best, std::vector<double>({5, 1, 1}));
+}
+
 TEST(StandardFigures, CostIsLogarithmicWhenItSpansDecades) {
   const Folder folder;
   CostHistory history = {.evaluations = {8, 16, 24},

@@ -160,7 +160,7 @@ Figure contactFigure(const sim::Recording& recording) {
   for (size_t i = 0; i < n; ++i) {
     for (const sim::Contact& c : recording.frames[i].contacts) {
       const auto add = [&](sim::BodyId body, sim::BodyId other, double f) {
-        if (!isRobot(*model, body) || isRobot(*model, other)) return;
+        if (!model->isRobot(body) || model->isRobot(other)) return;
         std::vector<double>& sum = force[body.value];
         sum.resize(n);
         sum[i] += f;
@@ -196,6 +196,28 @@ Figure contactFigure(const sim::Recording& recording) {
   figure.panel_height = 340;
   figure.panels = {std::move(panel)};
   return figure;
+}
+
+CostHistory costHistory(const std::vector<CostTrial>& trials) {
+  CostHistory h;
+  const bool all = std::all_of(trials.begin(), trials.end(),
+                               [](const CostTrial& t) { return t.failed || t.violates; });
+  double best = std::numeric_limits<double>::infinity();
+  double number = 0;
+  for (const CostTrial& t : trials) {
+    number += 1;
+    if (t.failed) {
+      h.failed.push_back(number);
+    } else {
+      h.trials.push_back(number);
+      h.costs.push_back(t.cost);
+      if (all || !t.violates) best = std::min(best, t.cost);
+    }
+    if (!std::isfinite(best)) continue;
+    h.evaluations.push_back(number);
+    h.best.push_back(best);
+  }
+  return h;
 }
 
 Figure costFigure(const CostHistory& history) {

@@ -25,12 +25,23 @@ Figure contactFigure(const sim::Recording& recording);
 /// A search as it went; the vectors of a pair are equally long.
 struct CostHistory {
   std::vector<double> evaluations;  ///< trials made so far
-  std::vector<double> best;         ///< lowest cost among them
+  std::vector<double> best;         ///< lowest cost among those that count
   /// Every single trial, optional: its number, counted from 1, and its cost.
   std::vector<double> trials;
   std::vector<double> costs;
   std::vector<double> failed;  ///< numbers of the trials that gave no cost, optional
 };
+
+/// One trial of a search.
+struct CostTrial {
+  double cost = 0;
+  bool violates = false;  ///< some constraint
+  bool failed = false;    ///< it gave no cost
+};
+
+/// The trials of a search, in order. The best so far, which never rises, is the lowest cost of
+/// those that violate nothing, from the first of them on; of all, where each violates something.
+CostHistory costHistory(const std::vector<CostTrial>& trials);
 
 /// Cost against trials: the best so far as steps, single trials as dots, failures as crosses along
 /// the top. Logarithmic when all costs are positive and span more than a factor of 20.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 
@@ -60,6 +59,14 @@ double lowestPoint(const mjModel* m, const mjData* d, int geom) {
   }
 }
 
+/// Whether a command of 1 to an actuator is 1 N·m (N) at a joint.
+bool isPlainMotor(const mjModel* m, int a) {
+  return m->actuator_trntype[a] == mjTRN_JOINT && m->actuator_gear[6 * a] == 1 &&
+         m->actuator_dyntype[a] == mjDYN_NONE && m->actuator_gaintype[a] == mjGAIN_FIXED &&
+         m->actuator_gainprm[mjNGAIN * a] == 1 && m->actuator_biastype[a] == mjBIAS_NONE &&
+         !m->actuator_ctrllimited[a] && !m->actuator_forcelimited[a];
+}
+
 }  // namespace
 
 std::string engineVersion() {
@@ -75,8 +82,11 @@ Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
   }
   const mjModel* m = model_;
   // The robot comes first in the document, so its root is the first body that floats; a robot
-  // bolted to the world has the first body as root.
-  for (int b = 1; b < m->nbody && root_.value < 0; ++b) {
+  // bolted to the world has the first body as root. Props without a robot stand in for one.
+  const int numeric = mj_name2id(m, mjOBJ_NUMERIC, kPropsName);
+  const int count = numeric < 0 ? 0 : static_cast<int>(m->numeric_data[m->numeric_adr[numeric]]);
+  const int props = m->nbody - count;
+  for (int b = 1; b < (props > 1 ? props : m->nbody) && root_.value < 0; ++b) {
     if (m->body_parentid[b] == 0 && m->body_jntnum[b] > 0 &&
         m->jnt_type[m->body_jntadr[b]] == mjJNT_FREE) {
       root_.value = b;
@@ -84,17 +94,18 @@ Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
     }
   }
   if (root_.value < 0) root_.value = m->nbody > 1 ? 1 : 0;
-  constexpr double kNone = std::numeric_limits<double>::infinity();
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
   for (int j = 0; j < m->njnt; ++j) {
-    if (m->body_rootid[m->jnt_bodyid[j]] != m->body_rootid[root_.value]) continue;
+    if (!isRobot({m->jnt_bodyid[j]})) continue;
     if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
     Joint joint;
     const char* name = mj_id2name(m, mjOBJ_JOINT, j);
     joint.name = name ? name : fmt::format("joint {}", j);
     joint.q = m->jnt_qposadr[j];
     joint.v = m->jnt_dofadr[j];
+    joint.slides = m->jnt_type[j] == mjJNT_SLIDE;
     for (int a = 0; a < m->nu; ++a) {
-      if (m->actuator_trntype[a] == mjTRN_JOINT && m->actuator_trnid[2 * a] == j) joint.motor = a;
+      if (isPlainMotor(m, a) && m->actuator_trnid[2 * a] == j) joint.motor = a;
     }
     joint.limit = {kNone, kNone, -kNone, kNone};
     if (m->jnt_limited[j]) {
@@ -182,6 +193,10 @@ BodyId Model::parent(BodyId body) const {
 bool Model::isStatic(BodyId body) const {
   return model_->body_weldid[body.value] == 0;
 }
+bool Model::isRobot(BodyId body) const {
+  return body.value > 0 && body.value < model_->nbody &&
+         model_->body_rootid[body.value] == model_->body_rootid[root_.value];
+}
 double Model::bodyMass(BodyId body) const {
   return model_->body_mass[body.value];
 }
@@ -202,9 +217,7 @@ State Model::stateOf(const Pose& pose) const {
   for (const auto& [name, angle] : pose.joints) state.q[joint(name).q] = angle;
   if (root_dofs_ != 6) return state;
   const int root = model_->jnt_qposadr[model_->body_jntadr[root_.value]];
-  const Eigen::Quaterniond R(Eigen::AngleAxisd(pose.root_rpy.z(), Vector3d::UnitZ()) *
-                             Eigen::AngleAxisd(pose.root_rpy.y(), Vector3d::UnitY()) *
-                             Eigen::AngleAxisd(pose.root_rpy.x(), Vector3d::UnitX()));
+  const Eigen::Quaterniond R = rotationOf(pose.root_rpy);
   state.q.segment<3>(root) = Vector3d::Zero();
   state.q.segment<4>(root + 3) << R.w(), R.x(), R.y(), R.z();
 
@@ -214,7 +227,7 @@ State Model::stateOf(const Pose& pose) const {
   double lowest = std::numeric_limits<double>::infinity();
   for (int g = 0; g < model_->ngeom; ++g) {
     const bool collides = model_->geom_contype[g] || model_->geom_conaffinity[g];
-    if (collides && model_->body_rootid[model_->geom_bodyid[g]] == root_.value) {
+    if (collides && isRobot({model_->geom_bodyid[g]})) {
       lowest = std::min(lowest, lowestPoint(model_, d, g));
     }
   }

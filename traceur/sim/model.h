@@ -24,22 +24,25 @@ struct BodyId {
   bool operator==(const BodyId&) const = default;
 };
 
-/// A hinge or slide joint with the motor that drives it.
+/// A hinge or slide joint with the motor that drives it: a command of 1 is 1 N·m, for a slide 1 N.
 struct Joint {
   std::string name;
-  int q = -1;        ///< index in q (nq)
-  int v = -1;        ///< index in v (nv)
-  int motor = -1;    ///< index in the motor command (nu); -1: not actuated
-  JointLimit limit;  ///< infinite where the robot does not say
+  bool slides = false;  ///< along its axis [m, N] instead of turning about it [rad, N·m]
+  int q = -1;           ///< index in q (nq)
+  int v = -1;           ///< index in v (nv)
+  int motor = -1;       ///< index in the motor command (nu); -1: not actuated
+  JointLimit limit;     ///< infinite where the robot does not say
 };
 
 /// Generalised position and velocity at a time: what a world can be put into.
 struct State {
   double time = 0;  ///< [s]
-  VectorXd q;       ///< (nq) [m, quaternion w x y z, rad]
-  VectorXd v;       ///< (nv) [m/s in world axes, rad/s; root rotation in body axes]
+  VectorXd q;       ///< (nq) [m, quaternion w x y z, rad | m]
+  VectorXd v;       ///< (nv) [m/s in world axes, rad/s | m/s; root rotation in body axes]
 };
 
+/// What a robot and its scene are made of, and by which number each part is known: immutable, so
+/// that any number of worlds on any threads can share one.
 class Model {
  public:
   /// @throws InputError: what MuJoCo or we found wrong, with the file
@@ -67,6 +70,9 @@ class Model {
   BodyId parent(BodyId body) const;
   /// The world and everything fixed to it has mass 0 and never moves.
   bool isStatic(BodyId body) const;
+  /// Whether a body belongs to the robot: the root and all that hangs on it. False for an id that
+  /// the model does not have.
+  bool isRobot(BodyId body) const;
   double bodyMass(BodyId body) const;  ///< [kg]
 
   /// The robot's hinges and slides, in the order of v. Props' joints are not among them.
@@ -82,7 +88,8 @@ class Model {
 
   /// Which scene's robot this is; null for fromMjcf.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
-  /// The MJCF this was compiled from: enough to make it again anywhere.
+  /// The MJCF this was compiled from: enough to make it again anywhere, but for meshes and
+  /// textures, of which it holds absolute paths.
   const std::string& mjcf() const { return mjcf_; }
   const mjModel_* raw() const { return model_; }
 

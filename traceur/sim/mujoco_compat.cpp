@@ -62,11 +62,12 @@ std::string urdfToMjcf(const std::string& urdf, std::string& error) {
   return saved ? std::move(text).str() : std::string();
 }
 
-std::string sizeAttributes() {
+std::string sizeAttributes([[maybe_unused]] int contacts, [[maybe_unused]] int rows) {
 #if mjVERSION_HEADER < 300
   // 2.2 sizes its constraint arrays ahead and clears them each step: 1000 rows would cost a third
   // of the step, and a humanoid lying on the ground needs fewer than 200.
-  return R"(njmax="400" nconmax="100")";
+  return "njmax=\"" + std::to_string(400 + contacts * rows) + "\" nconmax=\"" +
+         std::to_string(100 + contacts) + '"';
 #else
   return "";
 #endif

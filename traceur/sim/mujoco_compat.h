@@ -15,8 +15,9 @@ mjModel* loadXmlText(const std::string& text, std::string& error);
 /// @return empty on failure, with MuJoCo's words in error
 std::string urdfToMjcf(const std::string& urdf, std::string& error);
 
-/// Attributes for `<size>`: what the arena needs where it has to be declared.
-std::string sizeAttributes();
+/// Attributes for `<size>`, where room has to be declared: for a robot on the ground and for
+/// `contacts` more of `rows` constraints each.
+std::string sizeAttributes(int contacts, int rows);
 
 /// Sends MuJoCo's warnings nowhere (by default it appends to MUJOCO_LOG.TXT in the working
 /// directory); divergence is read from mjData's counters instead. Called before any model exists.

@@ -20,7 +20,8 @@ struct Frame {
 };
 
 struct Recording {
-  std::string mjcf;                 ///< the scene: Model::fromMjcf makes it again
+  /// The scene: Model::fromMjcf makes it again, where its meshes and textures, if any, still are.
+  std::string mjcf;
   std::vector<std::string> phases;  ///< names, in order
   std::vector<Frame> frames;        ///< equally spaced in time, the first at the start
 

@@ -4,7 +4,6 @@
 #include <tinyxml2.h>
 
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <set>
 
@@ -31,22 +30,21 @@ void readMirrored(const TomlReader& reader, Robot& robot) {
   }
 }
 
-/// Calls set(joint, row, sign) for each joint that a row's name means.
-void forEachJointRow(
-    const TomlReader& reader, const Robot& robot,
-    const std::function<void(const std::string&, const TomlReader&, double)>& set) {
+/// Reads each row once and calls set(joint, what was read, sign) for each joint its name means.
+template <class Read, class Set>
+void forEachJointRow(const TomlReader& reader, const Robot& robot, const Read& read,
+                     const Set& set) {
   for (const std::string& name : reader.names()) {
     const TomlReader row = reader.table(name);
-    for (const SignedJoint& j : robot.jointsNamed(name)) set(j.joint, row, j.sign);
+    const auto value = read(row);
+    for (const SignedJoint& j : robot.jointsNamed(name)) set(j.joint, value, j.sign);
     row.finish();
   }
 }
 
-JointLimit readLimit(const TomlReader& row, double sign) {
-  JointLimit limit{row.number("torque"), row.number("speed"), 0, 0};
+JointLimit readLimit(const TomlReader& row) {
   const std::vector<double> angle = row.numbers("angle", 2);
-  limit.min = sign > 0 ? angle[0] : -angle[1];
-  limit.max = sign > 0 ? angle[1] : -angle[0];
+  const JointLimit limit{row.number("torque"), row.number("speed"), angle[0], angle[1]};
   if (!(limit.torque > 0)) row.fail("torque", "\"torque\": expected a positive number [N·m]");
   if (!(limit.speed > 0)) row.fail("speed", "\"speed\": expected a positive number [rad/s]");
   if (!(angle[0] < angle[1])) row.fail("angle", "\"angle\": expected [min, max] with min < max");
@@ -60,7 +58,7 @@ void readUrdfLimits(const std::filesystem::path& file, Robot& robot) {
   document.Parse(text.data(), text.size());
   const tinyxml2::XMLElement* root = document.RootElement();
   if (!root || std::string_view(root->Name()) != "robot") return;
-  constexpr double kNone = std::numeric_limits<double>::infinity();
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
   for (auto* j = root->FirstChildElement("joint"); j; j = j->NextSiblingElement("joint")) {
     const tinyxml2::XMLElement* limit = j->FirstChildElement("limit");
     const char* name = j->Attribute("name");
@@ -78,6 +76,12 @@ void readUrdfLimits(const std::filesystem::path& file, Robot& robot) {
 }
 
 }  // namespace
+
+Eigen::Quaterniond rotationOf(const Vector3d& rpy) {
+  return Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
+         Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX());
+}
 
 std::vector<SignedJoint> Robot::jointsNamed(const std::string& word) const {
   const auto pair = mirrored.find(word);
@@ -115,14 +119,17 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
     p.finish();
   }
   readMirrored(reader.table("mirrored"), robot);
-  forEachJointRow(reader.table("limits"), robot,
-                  [&](const std::string& joint, const TomlReader& row, double sign) {
-                    robot.limits[joint] = readLimit(row, sign);
+  forEachJointRow(reader.table("limits"), robot, readLimit,
+                  [&](const std::string& joint, JointLimit limit, double sign) {
+                    if (sign < 0) limit = {limit.torque, limit.speed, -limit.max, -limit.min};
+                    robot.limits[joint] = limit;
                   });
-  forEachJointRow(reader.table("gains"), robot,
-                  [&](const std::string& joint, const TomlReader& row, double) {
-                    robot.gains[joint] = {row.number("kp"), row.number("kd")};
-                  });
+  forEachJointRow(
+      reader.table("gains"), robot,
+      [](const TomlReader& row) {
+        return JointGain{row.number("kp"), row.number("kd")};
+      },
+      [&](const std::string& joint, JointGain gain, double) { robot.gains[joint] = gain; });
   const TomlReader limbs = reader.table("limbs");
   for (const std::string& name : limbs.names()) robot.limbs[name] = limbs.strings(name);
   const TomlReader bodies = reader.table("bodies");
@@ -145,9 +152,8 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
         root.finish();
         continue;
       }
-      for (const SignedJoint& j : robot.jointsNamed(key)) {
-        pose.joints[j.joint] = j.sign * row.number(key);
-      }
+      const double angle = row.number(key);
+      for (const SignedJoint& j : robot.jointsNamed(key)) pose.joints[j.joint] = j.sign * angle;
     }
     robot.poses.emplace(name, std::move(pose));
   }

@@ -1,7 +1,7 @@
 // A robot: its MJCF or URDF, and beside it a TOML with what those formats do not say.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -14,15 +14,15 @@ namespace traceur::sim {
 
 using Eigen::Vector3d;
 
-/// What a joint's motor and range allow.
+/// What a joint's motor and range allow; the second units are those of a slide.
 struct JointLimit {
-  double torque = 0;  ///< largest magnitude [N·m]
-  double speed = 0;   ///< largest magnitude [rad/s]
-  double min = 0;     ///< [rad]
-  double max = 0;     ///< [rad]
+  double torque = 0;  ///< largest magnitude [N·m | N]
+  double speed = 0;   ///< largest magnitude [rad/s | m/s]
+  double min = 0;     ///< [rad | m]
+  double max = 0;     ///< [rad | m]
 };
 
-/// Gains of the default PD controller: kp [N·m/rad], kd [N·m·s/rad].
+/// Gains of the default PD controller: kp [N·m/rad | N/m], kd [N·m·s/rad | N·s/m].
 struct JointGain {
   double kp = 0;
   double kd = 0;
@@ -41,11 +41,14 @@ struct ContactPoint {
   Vector3d p_BP = Vector3d::Zero();  ///< in the body's frame [m]
 };
 
-/// Joint angles [rad] by joint name (joints not named are 0) and the root's attitude.
+/// Joint angles [rad | m] by joint name (joints not named are 0) and the root's attitude.
 struct Pose {
   Vector3d root_rpy = Vector3d::Zero();  ///< roll, pitch, yaw [rad], fixed axes x, y, z
   std::map<std::string, double> joints;
 };
+
+/// The rotation of roll, pitch and yaw about the fixed axes x, y and z: Rz(yaw) Ry(pitch) Rx(roll).
+Eigen::Quaterniond rotationOf(const Vector3d& rpy);
 
 /// The figures a robot is known by, held against the model by the robots' contract test.
 struct PublishedFigures {

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <set>
 
 #include "traceur/core/toml.h"
@@ -27,9 +27,7 @@ std::string numbers(const Vector3d& v) {
 }
 
 std::string quaternion(const Vector3d& rpy) {
-  const Eigen::Quaterniond R(Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) *
-                             Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
-                             Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX()));
+  const Eigen::Quaterniond R = rotationOf(rpy);
   return fmt::format("{} {} {} {}", R.w(), R.x(), R.y(), R.z());
 }
 
@@ -159,65 +157,126 @@ std::string mjcfOfUrdf(XMLElement* robot, const fs::path& file) {
   return mjcf;
 }
 
-void scaleMasses(XMLElement* mujoco, double factor) {
-  forEachElement(mujoco, [&](XMLElement* e) {
-    if (std::strcmp(e->Name(), "inertial") != 0) return;
-    for (const char* name : {"mass", "diaginertia", "fullinertia"}) {
-      const char* text = e->Attribute(name);
-      if (!text) continue;
-      std::string scaled;
-      for (const char* at = text; *at;) {
-        char* end = nullptr;
-        const double value = std::strtod(at, &end);
-        if (end == at) break;
-        scaled += fmt::format("{}{}", scaled.empty() ? "" : " ", value * factor);
-        at = end;
+using Compiled = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
+
+Compiled compile(const XMLDocument& document, const fs::path& file) {
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  std::string error;
+  Compiled model(loadXmlText(printer.CStr(), error), mj_deleteModel);
+  if (!model) fail(file, nullptr, error);
+  return model;
+}
+
+/// Removes the actuators of joints, which get motors of their own, the sensors of those actuators,
+/// and the key frames, whose sizes another actuator or a prop would make wrong.
+void removeActuators(XMLElement* mujoco) {
+  const auto remove = [&](const char* section, const auto& condition) {
+    for (XMLElement* s = mujoco->FirstChildElement(section); s;
+         s = s->NextSiblingElement(section)) {
+      for (XMLElement* e = s->FirstChildElement(); e;) {
+        XMLElement* next = e->NextSiblingElement();
+        if (condition(*e)) s->DeleteChild(e);
+        e = next;
       }
-      e->SetAttribute(name, scaled.c_str());
+    }
+  };
+  std::set<std::string> removed;
+  remove("actuator", [&](const XMLElement& e) {
+    if (!e.Attribute("joint") && !e.Attribute("jointinparent")) return false;
+    if (const char* name = e.Attribute("name")) removed.insert(name);
+    return true;
+  });
+  remove("sensor", [&](const XMLElement& e) {
+    const char* actuator = e.Attribute("actuator");
+    return actuator && removed.contains(actuator);
+  });
+  remove("keyframe", [](const XMLElement&) { return true; });
+}
+
+void scaleNumbers(XMLElement* e, const char* name, double factor) {
+  const char* text = e->Attribute(name);
+  if (!text) return;
+  std::string scaled;
+  for (const char* at = text; *at;) {
+    char* end = nullptr;
+    const double value = std::strtod(at, &end);
+    if (end == at) break;
+    scaled += fmt::format("{}{}", scaled.empty() ? "" : " ", value * factor);
+    at = end;
+  }
+  e->SetAttribute(name, scaled.c_str());
+}
+
+/// Scales every mass and inertia, whether the file says it or leaves it to geoms.
+void scaleMasses(XMLElement* mujoco, double factor) {
+  static constexpr double kDensity = 1000;  // [kg/m³], MJCF's where the file says none
+  XMLElement* geom = childOrNew(childOrNew(mujoco, "default"), "geom");
+  if (!geom->Attribute("density")) geom->SetAttribute("density", kDensity);
+  forEachElement(mujoco, [&](XMLElement* e) {
+    if (std::strcmp(e->Name(), "inertial") == 0) {
+      for (const char* name : {"mass", "diaginertia", "fullinertia"}) scaleNumbers(e, name, factor);
+    } else if (std::strcmp(e->Name(), "geom") == 0) {
+      for (const char* name : {"mass", "density"}) scaleNumbers(e, name, factor);
     }
   });
 }
 
-/// Writes the limits into the joints and gives each hinge or slide that has none a motor of gear 1.
-void addLimitsAndMotors(XMLElement* mujoco, const Robot& robot) {
+/// @throws InputError for the first body that scaleMasses did not scale, as with settotalmass
+void checkMasses(const mjModel& before, const mjModel& after, double factor, const fs::path& file) {
+  for (int b = 1; b < before.nbody; ++b) {
+    const double expected = factor * before.body_mass[b];
+    if (std::abs(after.body_mass[b] - expected) <= 1e-6 * expected) continue;
+    const char* name = mj_id2name(&before, mjOBJ_BODY, b);
+    fail(file, nullptr,
+         fmt::format("mass_scale {} cannot be applied: body \"{}\" weighs {} kg instead of {} kg "
+                     "with it (the file's compiler options decide masses themselves)",
+                     factor, name ? name : "", after.body_mass[b], expected));
+  }
+}
+
+/// Writes the limits into the joints and gives each hinge and slide a motor of gear 1.
+void addLimitsAndMotors(XMLElement* mujoco, const Robot& robot, const mjModel& compiled) {
   double per_radian = 180 / M_PI;  // MJCF angles are degrees unless its compiler says otherwise
   for (XMLElement* c = mujoco->FirstChildElement("compiler"); c;
        c = c->NextSiblingElement("compiler")) {
     const char* angle = c->Attribute("angle");
     if (angle) per_radian = std::strcmp(angle, "radian") == 0 ? 1 : 180 / M_PI;
   }
-  std::set<std::string> driven;
-  for (XMLElement* a = mujoco->FirstChildElement("actuator"); a;
-       a = a->NextSiblingElement("actuator")) {
-    forEachElement(a, [&](XMLElement* e) {
-      if (const char* joint = e->Attribute("joint")) driven.insert(joint);
-    });
-  }
   XMLElement* actuators = nullptr;
   for (XMLElement* w = mujoco->FirstChildElement("worldbody"); w;
        w = w->NextSiblingElement("worldbody")) {
     forEachElement(w, [&](XMLElement* e) {
       if (std::strcmp(e->Name(), "joint") != 0 || !e->Attribute("name")) return;
-      const char* type = e->Attribute("type");
-      if (type && std::strcmp(type, "hinge") != 0 && std::strcmp(type, "slide") != 0) return;
       const std::string name = e->Attribute("name");
+      // A default class may have said the type: the compiled model knows.
+      const int joint = mj_name2id(&compiled, mjOBJ_JOINT, name.c_str());
+      const int type = joint < 0 ? -1 : compiled.jnt_type[joint];
+      if (type != mjJNT_HINGE && type != mjJNT_SLIDE) return;
+      const double unit = type == mjJNT_SLIDE ? 1 : per_radian;
       const auto limit = robot.limits.find(name);
       if (limit != robot.limits.end() && std::isfinite(limit->second.max)) {
         e->SetAttribute("limited", "true");
-        e->SetAttribute("range", fmt::format("{} {}", limit->second.min * per_radian,
-                                             limit->second.max * per_radian)
-                                     .c_str());
+        e->SetAttribute(
+            "range",
+            fmt::format("{} {}", limit->second.min * unit, limit->second.max * unit).c_str());
       }
-      if (driven.contains(name)) return;
       if (!actuators) actuators = mujoco->InsertNewChildElement("actuator");
       XMLElement* motor = actuators->InsertNewChildElement("motor");
       motor->SetAttribute("name", name.c_str());
       motor->SetAttribute("joint", name.c_str());
+      motor->SetAttribute("gear", 1);  // whatever the file's defaults say of actuators
+      motor->SetAttribute("ctrllimited", "false");
+      motor->SetAttribute("forcelimited", "false");
     });
   }
 }
 
 void addMaterial(XMLElement* geom, const Material& m) {
+  geom->SetAttribute("contype", 1);  // whatever the robot's file has as defaults
+  geom->SetAttribute("conaffinity", 1);
+  geom->SetAttribute("margin", 0);
+  geom->SetAttribute("gap", 0);
   geom->SetAttribute("priority", 1);  // the scene's surface decides, whatever the robot's file says
   geom->SetAttribute("condim", m.rolling > 0 ? 6 : 3);
   // sliding [-], torsional and rolling [m]
@@ -296,7 +355,8 @@ std::string look(double square) {
 
 /// 0.1 m for a small robot, else 1 m.
 double gridSquare(const Scene& scene) {
-  constexpr double kSmall = 0.8;  // published height [m]: toddler-size robots and less [ours]
+  static constexpr double kSmall =
+      0.8;  // published height [m]: toddler-size robots and less [ours]
   const bool small =
       scene.robot && scene.robot->published && scene.robot->published->height < kSmall;
   return small ? 0.1 : 1.0;
@@ -308,6 +368,61 @@ void addLook(XMLElement* mujoco, double square) {
   for (auto* c = parts.RootElement()->FirstChild(); c; c = c->NextSibling()) {
     mujoco->InsertEndChild(c->DeepClone(mujoco->GetDocument()));
   }
+}
+
+void checkMaterial(const std::string& of, const Material& m, double time_step) {
+  if (!(m.compliance >= 2 * time_step)) {
+    throw InputError(
+        fmt::format("scene: {}: compliance {} s: expected at least twice the time step, {} s", of,
+                    m.compliance, 2 * time_step));
+  }
+  if (!(m.friction >= 0) || !(m.rolling >= 0)) {
+    throw InputError(fmt::format("scene: {}: friction {}, rolling {}: expected numbers >= 0", of,
+                                 m.friction, m.rolling));
+  }
+}
+
+/// @param robot  the document that the props are added to
+void checkProps(const Scene& scene, XMLElement* robot) {
+  std::set<std::string> taken = {"world", "ground"};
+  forEachElement(robot, [&](XMLElement* e) {
+    for (const char* kind : {"body", "geom", "joint", "freejoint"}) {
+      if (std::strcmp(e->Name(), kind) != 0) continue;
+      if (const char* name = e->Attribute("name")) taken.insert(name);
+    }
+  });
+  for (const Prop& p : scene.props) {
+    const std::string who = fmt::format("prop \"{}\"", p.name);
+    const auto refuse = [&](const std::string& why) {
+      throw InputError(fmt::format("scene: {}: {}", who, why));
+    };
+    if (p.name.empty()) refuse("expected a name");
+    if (!taken.insert(p.name).second) refuse("something else in the scene has this name");
+    const int sizes = p.shape == Prop::Shape::kBox ? 3 : p.shape == Prop::Shape::kCapsule ? 2 : 1;
+    if (!(p.size.head(sizes).minCoeff() > 0) || !p.size.head(sizes).allFinite()) {
+      refuse(fmt::format("size {}: expected lengths > 0", numbers(p.size)));
+    }
+    if (!p.position.allFinite() || !p.rpy.allFinite()) refuse("expected a finite place");
+    if (!(p.mass >= 0) || !std::isfinite(p.mass)) {
+      refuse(fmt::format("mass {} kg: expected 0 (fixed) or more", p.mass));
+    }
+    checkMaterial(who, p.material, scene.time_step);
+  }
+}
+
+/// Room for what props add to a robot's contacts.
+std::string roomFor(const Scene& scene) {
+  // A box that lies on another one touches it in up to 8 points, and another lies on it; what is
+  // fixed is touched by others only [ours].
+  static constexpr int kFree = 16;
+  static constexpr int kFixed = 8;
+  bool rolls = scene.ground_material.rolling > 0;
+  int contacts = 0;
+  for (const Prop& p : scene.props) {
+    contacts += p.mass > 0 ? kFree : kFixed;
+    rolls = rolls || p.material.rolling > 0;
+  }
+  return sizeAttributes(contacts, rolls ? 10 : 4);  // rows of a friction pyramid, condim 6 or 3
 }
 
 }  // namespace
@@ -337,6 +452,7 @@ std::string composeMjcf(const Scene& scene) {
   if (!(scene.time_step > 0)) {
     throw InputError(fmt::format("scene: time step {} s: expected > 0", scene.time_step));
   }
+  if (scene.ground) checkMaterial("the ground", scene.ground_material, scene.time_step);
   XMLDocument document;
   const fs::path file = scene.robot ? scene.robot->file : fs::path("scene");
   parse(document, scene.robot ? readFile(file) : "<mujoco/>", file);
@@ -353,15 +469,21 @@ std::string composeMjcf(const Scene& scene) {
     resolveIncludes(root, file);
     resolveAssets(root, file);
   }
+  checkProps(scene, root);
   if (scene.robot) {
-    if (scene.robot->mass_scale != 1) scaleMasses(root, scene.robot->mass_scale);
-    addLimitsAndMotors(root, *scene.robot);
+    removeActuators(root);
+    const Compiled original = compile(document, file);
+    if (const double factor = scene.robot->mass_scale; factor != 1) {
+      scaleMasses(root, factor);
+      checkMasses(*original, *compile(document, file), factor, file);
+    }
+    addLimitsAndMotors(root, *scene.robot, *original);
   }
   XMLElement* option = root->InsertNewChildElement("option");
   option->SetAttribute("timestep", scene.time_step);
   option->SetAttribute("gravity", numbers(scene.gravity).c_str());
   option->SetAttribute("integrator", "Euler");
-  if (const std::string size = sizeAttributes(); !size.empty()) {
+  if (const std::string size = roomFor(scene); !size.empty()) {
     XMLDocument fragment;
     fragment.Parse(("<size " + size + "/>").c_str());
     root->InsertEndChild(fragment.RootElement()->DeepClone(&document));
@@ -370,6 +492,11 @@ std::string composeMjcf(const Scene& scene) {
   XMLElement* world = root->InsertNewChildElement("worldbody");
   if (scene.ground) addGround(world, scene.ground_material);
   for (const Prop& p : scene.props) addProp(world, p);
+  if (!scene.props.empty()) {
+    XMLElement* count = root->InsertNewChildElement("custom")->InsertNewChildElement("numeric");
+    count->SetAttribute("name", kPropsName);
+    count->SetAttribute("data", static_cast<int>(scene.props.size()));
+  }
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
   return printer.CStr();

@@ -36,10 +36,11 @@ struct Prop {
   Material material = {};
 };
 
-/// An obstacle one can stand on or run into, fixed to the world: an upright slab `thickness` behind
-/// its face. The face passes through `position` and looks along the yaw direction.
+/// An upright slab to run into, fixed to the world, of 0.2 m behind its face, which is `width` by
+/// `height` [m]. The face stands with the middle of its foot on `position` [m] and looks along
+/// `yaw` [rad, about z; 0: along x].
 Prop wall(std::string name, const Vector3d& position, double yaw, double width, double height);
-/// A horizontal round bar between two points, fixed to the world.
+/// A round bar between two points [m] of a radius [m], fixed to the world.
 Prop rail(std::string name, const Vector3d& from, const Vector3d& to, double radius);
 
 struct Scene {
@@ -55,5 +56,9 @@ struct Scene {
 /// masses scaled, its limits and one motor per hinge put in, ground, props, lights and sky.
 /// @throws InputError naming the file and what is wrong in it
 std::string composeMjcf(const Scene& scene);
+
+/// Name of the `<numeric>` with the number of props, whose bodies are the document's last: what is
+/// before them is the robot's.
+inline constexpr const char* kPropsName = "traceur_props";
 
 }  // namespace traceur::sim

@@ -1,5 +1,7 @@
 // The simulator held against analytic truth.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
 
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
@@ -47,6 +49,19 @@ std::shared_ptr<const Model> onGround(std::vector<Prop> props = {}) {
 
 std::shared_ptr<const Model> props(std::vector<Prop> list, double time_step = 0.001) {
   return Model::fromScene({.props = std::move(list), .time_step = time_step});
+}
+
+/// A model file of a test, as a robot.
+std::shared_ptr<const Robot> robotOf(const std::string& name, const std::string& mjcf,
+                                     const std::string& toml = "") {
+  std::ofstream(testing::TempDir() + name + ".xml") << mjcf;
+  if (toml.empty()) {
+    return std::make_shared<const Robot>(Robot::fromFile(testing::TempDir() + name + ".xml"));
+  }
+  std::ofstream(testing::TempDir() + name + ".toml")
+      << "name = \"" << name << "\"\nmodel = \"" << name << ".xml\"\n"
+      << toml;
+  return std::make_shared<const Robot>(Robot::fromFile(testing::TempDir() + name + ".toml"));
 }
 
 TEST(FreeFall, BallFollowsTheParabola) {
@@ -302,6 +317,18 @@ TEST(World, PushChangesMomentumByForceTimesTime) {
   EXPECT_NEAR(world.snapshot().linearMomentum().x(), 0.5, 1e-3);
 }
 
+TEST(World, APushIsAmongTheExternalForces) {
+  const auto model = inSpace(0.001, 0);
+  World world(model);
+  world.reset(model->initialState());
+  VectorXd before(model->nv());
+  VectorXd after(model->nv());
+  world.snapshot().externalForce(before);
+  world.push(model->root(), {5, 0, 0});
+  world.snapshot().externalForce(after);
+  EXPECT_NEAR((after - before)[0], 5, 1e-12);
+}
+
 TEST(World, JointForceOfAHangingChainIsTheWeightBelow) {
   const auto model = Model::fromMjcf(R"(<mujoco><worldbody>
     <body name="upper" pos="0 0 2"><joint axis="0 0 1"/><geom type="box" size=".1 .1 .1" mass="3"/>
@@ -352,6 +379,93 @@ TEST(Scene, WallAndRailStandWhereTheyAreAsked) {
   const Vector3d axis = s.bodyRotation(model->body("rail")).col(2);
   EXPECT_NEAR(std::abs(axis.y()), 1, 1e-9);
   EXPECT_TRUE(model->isStatic(model->body("rail")));
+}
+
+TEST(Scene, MistakesInPropsAndSurfacesNameThem) {
+  const auto message = [](Scene scene) -> std::string {
+    try {
+      composeMjcf(scene);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  const Prop good{.name = "box", .size = {.1, .1, .1}, .position = {1, 0, .1}, .mass = 1};
+  const auto with = [&](const auto& change) {
+    Prop p = good;
+    change(p);
+    return message({.robot = bioloid(), .props = {p}});
+  };
+  EXPECT_EQ(with([](Prop&) {}), "accepted");
+  for (const char* name : {"ground", "l_foot", ""}) {
+    EXPECT_NE(with([&](Prop& p) { p.name = name; }).find(fmt::format("prop \"{}\": ", name)),
+              std::string::npos)
+        << name;
+  }
+  EXPECT_NE(message({.props = {good, good}}).find("has this name"), std::string::npos);
+  EXPECT_NE(with([](Prop& p) { p.size.y() = 0; }).find("expected lengths > 0"), std::string::npos);
+  EXPECT_NE(with([](Prop& p) { p.mass = -1; }).find("mass -1 kg"), std::string::npos);
+  EXPECT_NE(with([](Prop& p) { p.material.compliance = 0.001; }).find("twice the time step, 0.002"),
+            std::string::npos);
+  EXPECT_NE(message({.time_step = 0.003}).find("the ground: compliance 0.004 s"),
+            std::string::npos);
+}
+
+TEST(Scene, TheGroundHoldsWhateverTheRobotsDefaultsAre) {
+  const auto robot = robotOf("ghost", R"(<mujoco><default><geom contype="0" conaffinity="0"/>
+    <default class="solid"><geom contype="1" conaffinity="1"/></default></default>
+    <worldbody><body pos="0 0 .2"><freejoint/><geom class="solid" size=".1"/></body></worldbody></mujoco>)");
+  const auto model = Model::fromScene({.robot = robot});
+  World world(model);
+  for (int i = 0; i < 1000; ++i) world.step(none(*model));
+  EXPECT_NEAR(world.snapshot().com().z(), 0.1, 1e-3);
+}
+
+TEST(Scene, HasRoomForTheContactsOfItsProps) {
+  std::vector<Prop> boxes;
+  for (int i = 0; i < 36; ++i) {
+    boxes.push_back({.name = fmt::format("box{}", i),
+                     .size = {.1, .1, .1},
+                     .position = {1 + .3 * (i % 6), .3 * (i / 6), .1},
+                     .mass = 1});
+  }
+  const auto model = onGround(boxes);
+  World world(model);
+  for (int i = 0; i < 300; ++i) world.step(none(*model));
+  EXPECT_FALSE(world.overflowed());
+  for (const Prop& p : boxes) {
+    EXPECT_NEAR(world.snapshot().bodyPosition(model->body(p.name)).z(), .1, 1e-3) << p.name;
+  }
+}
+
+TEST(World, SaysThatThereWereTooManyContacts) {
+  const auto model = Model::fromMjcf(R"(<mujoco><size njmax="400" nconmax="2"/>
+    <worldbody><geom type="plane" size="0 0 1"/>
+    <body pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>)");
+  if (model->raw()->nconmax < 0) GTEST_SKIP() << "this engine makes room as it goes";
+  World world(model);
+  world.step(none(*model));
+  EXPECT_TRUE(world.overflowed());
+  EXPECT_FALSE(world.diverged());
+  State high = model->initialState();
+  high.q[2] = 2;
+  world.reset(high);
+  EXPECT_FALSE(world.overflowed());
+}
+
+TEST(Ground, PressureAndSupportAreTheRobotsAlone) {
+  const Prop box{.name = "box", .size = {.1, .1, .1}, .position = {1, 0, .1}, .mass = 50};
+  const auto supported = [](const std::shared_ptr<const Model>& model) {
+    World world(model);
+    world.reset(model->stateOf(bioloid()->poses.at("stand")));
+    for (int i = 0; i < 20; ++i) world.step(none(*model));
+    return std::pair(world.snapshot().cop(), world.snapshot().supportPolygon().size());
+  };
+  const auto [cop, corners] = supported(onGround({box}));
+  const auto [alone, alone_corners] = supported(onGround());
+  ASSERT_TRUE(cop && alone);
+  EXPECT_NEAR((*cop - *alone).norm(), 0, 1e-9);
+  EXPECT_EQ(corners, alone_corners);
 }
 
 TEST(Scene, SofterGroundSinksDeeper) {
@@ -411,6 +525,120 @@ TEST(Model, UrdfFloatsAndKeepsItsLimits) {
   EXPECT_NEAR(s.q[2], 0.1, 1e-9);  // the box's lower face on the ground
 }
 
+/// Two arms that turn and a third that slides, on a floating trunk, between two parts of a file.
+std::string armed(const std::string& more, const std::string& before = "") {
+  return "<mujoco>" + before +
+         R"(<worldbody><body name="trunk" pos="0 0 1"><freejoint/>
+      <geom type="box" size=".1 .1 .1" mass="2"/>
+      <body name="a" pos=".2 0 0"><joint name="a" axis="0 1 0"/><geom type="box" size=".1 .1 .1" mass="1"/></body>
+      <body name="b" pos="-.2 0 0"><joint name="b" axis="0 1 0"/><geom type="box" size=".1 .1 .1" mass="1"/></body>
+      <body name="c" pos="0 .2 0"><joint name="c" type="slide" axis="0 1 0"/><geom type="box" size=".1 .1 .1" mass="1"/></body>
+    </body></worldbody>)" +
+         more + "</mujoco>";
+}
+
+TEST(Model, AFilesOwnJointActuatorsBecomeMotorsOfOneNewtonMetre) {
+  const auto model = Model::fromScene(
+      {.robot =
+           robotOf("geared", armed(R"(<actuator><motor name="a" joint="a" gear="100"/>
+          <position name="b" joint="b" kp="50" ctrlrange="-1 1" ctrllimited="true"/></actuator>
+          <sensor><actuatorfrc actuator="b"/></sensor>
+          <keyframe><key qpos="0 0 1 1 0 0 0 0 0 0" ctrl="0 0"/></keyframe>)",
+                                   R"(<default><general gear="7"/><motor gear="9"/></default>)")),
+       .ground = false});
+  EXPECT_EQ(model->nu(), 3);
+  for (const char* name : {"a", "b", "c"}) {
+    World world(model);
+    Torque torque = none(*model);
+    const Joint& joint = model->joint(name);
+    ASSERT_GE(joint.motor, 0) << name;
+    torque.tau[joint.motor] = 2.5;
+    VectorXd force(model->nv());
+    world.snapshot().externalForce(force);
+    force[joint.v] += 2.5;
+    world.snapshot().solveInertia(VectorXd::Zero(model->nv()), force);
+    world.step(torque);
+    const VectorXd vdot = world.state().v / model->timeStep();
+    EXPECT_NEAR(vdot[joint.v], force[joint.v], 1e-6 * std::abs(force[joint.v])) << name;
+  }
+}
+
+TEST(Model, AnActuatorThatIsNoPlainMotorIsNotOneInAForeignScene) {
+  const auto model = Model::fromMjcf(armed(
+      R"(<actuator><motor joint="a" gear="100"/><position joint="b"/><motor joint="c"/></actuator>)"));
+  EXPECT_EQ(model->joint("a").motor, -1);
+  EXPECT_EQ(model->joint("b").motor, -1);
+  EXPECT_EQ(model->joint("c").motor, 2);
+}
+
+TEST(Model, ASlidesLimitIsInMetresAndAHingesInRadians) {
+  const std::string limits =
+      "[limits]\na = { torque = 1, speed = 1, angle = [-0.5, 0.5] }\n"
+      "c = { torque = 1, speed = 1, angle = [-0.5, 0.5] }\n";
+  for (const char* compiler : {"", "<compiler angle='radian'/>"}) {
+    const auto model = Model::fromScene({.robot = robotOf("slide", armed("", compiler), limits)});
+    // The composed text must say it, not only the limits beside it.
+    const auto again = Model::fromMjcf(model->mjcf());
+    EXPECT_NEAR(again->joint("a").limit.max, 0.5, 1e-6) << compiler;
+    EXPECT_NEAR(again->joint("c").limit.max, 0.5, 1e-6) << compiler;
+    EXPECT_TRUE(again->joint("c").slides);
+    EXPECT_FALSE(again->joint("a").slides);
+  }
+}
+
+TEST(Model, MassScaleReachesMassesHoweverTheFileSaysThem) {
+  const std::string body =
+      R"(<worldbody><body name="x" pos="0 0 1"><freejoint/>%</body></worldbody>)";
+  const auto mjcf = [&](const std::string& before, const std::string& geom) {
+    std::string text = body;
+    return "<mujoco>" + before + text.replace(text.find('%'), 1, geom) + "</mujoco>";
+  };
+  const std::string sphere = R"(<geom size=".1"/>)";
+  for (const std::string& text :
+       {mjcf("", sphere), mjcf("", R"(<geom size=".1" mass="3"/>)"),
+        mjcf("", R"(<geom size=".1" density="30"/>)"),
+        mjcf(R"(<default><geom density="70"/></default>)", sphere),
+        mjcf(R"(<default><default class="heavy"><geom mass="7"/></default></default>)",
+             R"(<geom class="heavy" size=".1"/>)"),
+        mjcf("", R"(<inertial pos="0 0 0" mass="3" diaginertia="1 2 2"/><geom size=".1"/>)")}) {
+    const double one = Model::fromScene({.robot = robotOf("scaled", text)})->mass();
+    const auto model = Model::fromScene({.robot = robotOf("scaled", text, "mass_scale = 1.5\n")});
+    EXPECT_NEAR(model->mass(), 1.5 * one, 1e-9 * one) << text;
+  }
+  try {
+    Model::fromScene({.robot = robotOf("total", mjcf("<compiler settotalmass='5'/>", sphere),
+                                       "mass_scale = 1.5\n")});
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("mass_scale 1.5 cannot be applied"), std::string::npos)
+        << e.what();
+  }
+}
+
+TEST(Model, ABoltedRobotStaysTheRobotBesideAFloatingProp) {
+  const auto robot = robotOf("bolted", R"(<mujoco><worldbody><body name="arm" pos="0 0 1">
+    <joint name="turn" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.4" size=".03"/>
+    </body></worldbody></mujoco>)");
+  const Prop box{.name = "box", .size = {.1, .1, .1}, .position = {1, 0, .1}, .mass = 1};
+  const auto model = Model::fromScene({.robot = robot, .props = {box}});
+  EXPECT_EQ(model->bodyName(model->root()), "arm");
+  EXPECT_EQ(model->rootDofs(), 0);
+  EXPECT_EQ(model->joints().size(), 1u);
+  EXPECT_TRUE(model->isRobot(model->body("arm")));
+  EXPECT_FALSE(model->isRobot(model->body("box")));
+  EXPECT_FALSE(model->isRobot({0}));
+  EXPECT_FALSE(model->isRobot({99}));
+  const auto again = Model::fromMjcf(model->mjcf());  // as a recording does
+  EXPECT_EQ(again->bodyName(again->root()), "arm");
+}
+
+TEST(Model, ARobotWithKeyFramesStandsBesideAFreeProp) {
+  const auto robot = robotOf(
+      "keyed", armed(R"(<keyframe><key name="up" qpos="0 0 1 1 0 0 0 0 0 0"/></keyframe>)"));
+  const Prop ball{.name = "ball", .shape = Prop::Shape::kBall, .position = {1, 0, 1}, .mass = 1};
+  EXPECT_EQ(Model::fromScene({.robot = robot, .props = {ball}})->nq(), 17);
+}
+
 TEST(Model, BrokenFilesNameFileAndLine) {
   const auto message = [](const std::string& text, const std::string& name) {
     const std::string path = testing::TempDir() + name;
@@ -432,6 +660,21 @@ TEST(Model, BrokenFilesNameFileAndLine) {
   EXPECT_NE(message("<mujoco><asset><mesh file='x.stl'/></asset></mujoco>", "d.xml")
                 .find("no such asset"),
             std::string::npos);
+}
+
+TEST(Robot, AMistakeInAPairsRowIsSaidOnce) {
+  const std::string path = testing::TempDir() + "pair.toml";
+  std::ofstream(path) << "name = \"x\"\nmodel = \"pair.toml\"\n"
+                         "[mirrored]\nhip = { left = \"a\", right = \"b\", sign = -1 }\n"
+                         "[limits]\nhip = { torque = -1, speed = 2, angle = [0, 1] }\n"
+                         "[gains]\nhip = { kp = 1 }\n[poses]\nstand = { hip = \"x\" }\n";
+  try {
+    Robot::fromFile(path);
+    FAIL();
+  } catch (const InputError& e) {
+    const std::string text = e.what();
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2) << text;
+  }
 }
 
 TEST(Robot, ReportsEveryMistakeAtOnce) {

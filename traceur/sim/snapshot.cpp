@@ -66,20 +66,25 @@ Vector3d Snapshot::bodyVelocity(BodyId body) const {
 }
 
 bool Snapshot::touchesWorld() const {
-  const int* tree = model_->raw()->body_rootid;
-  const int robot = tree[model_->root().value];
   return std::any_of(contacts_.begin(), contacts_.end(), [&](const Contact& c) {
-    return (tree[c.body_a.value] == robot) != (tree[c.body_b.value] == robot);
+    return model_->isRobot(c.body_a) != model_->isRobot(c.body_b);
   });
+}
+
+int Snapshot::support(const Contact& c) const {
+  const bool a = model_->isRobot(c.body_a);
+  if (a == model_->isRobot(c.body_b)) return 0;
+  if (!model_->isStatic(a ? c.body_b : c.body_a)) return 0;
+  return a ? -1 : 1;
 }
 
 std::optional<Vector3d> Snapshot::cop() const {
   double total = 0;
   Vector3d moment = Vector3d::Zero();
   for (const Contact& c : contacts_) {
-    const bool a_static = model_->isStatic(c.body_a);
-    if (a_static == model_->isStatic(c.body_b)) continue;
-    const double fz = a_static ? c.f_WC.z() : -c.f_WC.z();
+    const int sign = support(c);
+    if (sign == 0) continue;
+    const double fz = sign * c.f_WC.z();
     total += fz;
     moment += fz * c.p_WC;
   }
@@ -90,9 +95,7 @@ std::optional<Vector3d> Snapshot::cop() const {
 std::vector<Vector2d> Snapshot::supportPolygon() const {
   std::vector<Vector2d> points;
   for (const Contact& c : contacts_) {
-    if (model_->isStatic(c.body_a) != model_->isStatic(c.body_b)) {
-      points.push_back(c.p_WC.head<2>());
-    }
+    if (support(c) != 0) points.push_back(c.p_WC.head<2>());
   }
   // Andrew's monotone chain.
   const auto less = [](const Vector2d& a, const Vector2d& b) {
@@ -145,6 +148,11 @@ void Snapshot::externalForce(Eigen::Ref<VectorXd> tau) const {
   using Map = Eigen::Map<const VectorXd>;
   const int n = model_->nv();
   tau = Map(data_->qfrc_passive, n) - Map(data_->qfrc_bias, n) + Map(data_->qfrc_constraint, n);
+  for (int b = 1; b < model_->bodies(); ++b) {
+    const mjtNum* push = data_->xfrc_applied + 6 * b;  // force and moment at the body's COM
+    if (std::all_of(push, push + 6, [](mjtNum x) { return x == 0; })) continue;
+    mj_applyFT(model_->raw(), data_, push, push + 3, data_->xipos + 3 * b, b, tau.data());
+  }
 }
 
 void Snapshot::solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const {

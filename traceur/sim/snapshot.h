@@ -47,8 +47,8 @@ class Snapshot {
   const std::vector<Contact>& contacts() const { return contacts_; }
   /// Whether anything but the robot itself presses on the robot.
   bool touchesWorld() const;
-  /// Centre of pressure of all contacts with the static world, weighted by the vertical force:
-  /// p = Σ f_z p / Σ f_z. None in flight. [Popovic2005]
+  /// Centre of pressure of the robot's contacts with the static world, weighted by the vertical
+  /// force: p = Σ f_z p / Σ f_z. None in flight. [Popovic2005]
   std::optional<Vector3d> cop() const;
   /// Convex hull of the robot's contacts with the static world, counter-clockwise, (x, y) [m].
   std::vector<Vector2d> supportPolygon() const;
@@ -65,8 +65,8 @@ class Snapshot {
   void addPointForce(BodyId body, const Vector3d& p_BP, const Vector3d& f,
                      Eigen::Ref<VectorXd> tau) const;
 
-  /// Everything but motors that acts along v: gravity, Coriolis, passive damping and the contact
-  /// and limit forces of the last step, (nv) [N·m].
+  /// Everything but motors that acts along v: gravity, Coriolis, passive damping, what World::push
+  /// exerts now, and the contact and limit forces of the last step, (nv) [N·m].
   void externalForce(Eigen::Ref<VectorXd> tau) const;
   /// Solves (M(q) + diag(d)) x = b in place, d ≥ 0 and b (nv), by the sparse LᵀDL of the kinematic
   /// tree [Featherstone2008, §6.5].
@@ -74,6 +74,8 @@ class Snapshot {
 
  private:
   friend class World;
+  /// Sign of the contact's force on the robot if the static world presses on it, else 0.
+  int support(const Contact& c) const;
   void capture();  // reads contacts and joint forces while the engine still has them
 
   const Model* model_ = nullptr;

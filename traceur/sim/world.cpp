@@ -16,7 +16,7 @@ World::World(std::shared_ptr<const Model> model, Options options)
   snapshot_.wants_joint_forces_ = options_.joint_forces;
   snapshot_.factor_.resize(model_->raw()->nM);
   snapshot_.joint_forces_ = Matrix3Xd::Zero(3, options_.joint_forces ? model_->bodies() : 0);
-  snapshot_.contacts_.reserve(64);
+  snapshot_.contacts_.reserve(128);
   reset(model_->initialState());
 }
 
@@ -83,6 +83,11 @@ bool World::diverged() const {
     if (data_->warning[warning].number > 0) return true;
   }
   return false;
+}
+
+bool World::overflowed() const {
+  return data_->warning[mjWARN_CONTACTFULL].number > 0 ||
+         data_->warning[mjWARN_CNSTRFULL].number > 0;
 }
 
 }  // namespace traceur::sim

@@ -19,7 +19,8 @@ struct Torque {
 
 /// Life of a world:
 ///   1. reset(state) before the first step of an episode.
-///   2. step(torque) once per time step; never allocates.
+///   2. step(torque) once per time step; allocates nothing but, where contacts never were so many,
+///      room for them.
 ///   3. snapshot() between steps, from the stepping thread only; it sees the world as it is then.
 /// Integration is MuJoCo's semi-implicit Euler, implicit in joint damping; in flight the robot's
 /// linear momentum is kept exactly.
@@ -46,6 +47,9 @@ class World {
   /// The simulation left the numbers it can represent (NaN or beyond 1e10 in position,
   /// velocity, acceleration or torque): what follows means nothing. Cleared by reset().
   bool diverged() const;
+  /// There were more contacts than the model has room for, so that some were left out and bodies
+  /// went through each other: what follows means nothing. Cleared by reset().
+  bool overflowed() const;
   const Model& model() const { return *model_; }
   mjData_* raw() { return data_; }
 

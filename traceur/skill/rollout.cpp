@@ -44,7 +44,7 @@ struct BoundFeedback {
 struct BoundMeasure {
   Expression of;
   double value = 0;
-  double weight = 0;  // steps seen
+  int seen = 0;  // steps
 };
 
 }  // namespace
@@ -169,28 +169,28 @@ struct Runner::Impl {
       const Measure& m = skill->measures[i];
       if (!m.during[phase]) continue;
       BoundMeasure& b = measures[i];
-      if (m.take == Measure::Take::kFirst && b.weight > 0) continue;
+      if (m.take == Measure::Take::kFirst && b.seen > 0) continue;
       const double x = b.of.value();
       if (std::isnan(x)) continue;  // a signal that has no value now, such as cop in flight
+      const bool first = b.seen++ == 0;
       switch (m.take) {
         case Measure::Take::kFirst:
         case Measure::Take::kLast:
           b.value = x;
           break;
         case Measure::Take::kMin:
-          b.value = b.weight > 0 ? std::min(b.value, x) : x;
+          b.value = first ? x : std::min(b.value, x);
           break;
         case Measure::Take::kMax:
-          b.value = b.weight > 0 ? std::max(b.value, x) : x;
+          b.value = first ? x : std::max(b.value, x);
           break;
         case Measure::Take::kMean:
-          b.value += (x - b.value) / (b.weight + 1);
+          b.value = first ? x : b.value + (x - b.value) / b.seen;
           break;
         case Measure::Take::kIntegral:
-          b.value += x * skill->model->timeStep();
+          b.value = (first ? 0 : b.value) + x * skill->model->timeStep();
           break;
       }
-      b.weight += 1;
     }
   }
 
@@ -205,13 +205,8 @@ struct Runner::Impl {
     }
     tau.setZero();
     for (const BoundForce& f : p.forces) f.force.addTorque(s, tau);
-    pd.addTorque(s, target, tau);
-    if (!p.forces.empty() && skill->phases[phase].limited) {
-      for (size_t i = 0; i < pd.limits().size(); ++i) {
-        const int d = skill->model->joints()[i].v;
-        tau[d] = control::limitedTorque(tau[d], s.v()[d], pd.limits()[i]);
-      }
-    }
+    using Clamp = control::StablePd::Clamp;
+    pd.addTorque(s, target, tau, skill->phases[phase].limited ? Clamp::kSum : Clamp::kOwn);
     control::toMotors(*skill->model, tau, command);
   }
 
@@ -224,7 +219,10 @@ struct Runner::Impl {
     parameters = x;
     task = asked;
     std::fill(failed.begin(), failed.end(), 0.0);
-    for (BoundMeasure& m : measures) m.value = m.weight = 0;
+    for (size_t i = 0; i < measures.size(); ++i) {
+      measures[i].value = skill->measures[i].otherwise;
+      measures[i].seen = 0;
+    }
     const double dt = skill->model->timeStep();
     const int steps = static_cast<int>(std::lround(horizon / dt));
     const int every = std::max(1, static_cast<int>(std::lround(kInterval / dt)));
@@ -280,9 +278,9 @@ struct Runner::Impl {
       if (end) break;
       control(phase, s);
       world.step(command);
-      if (world.diverged()) {
+      if (world.diverged() || world.overflowed()) {
         r.diverged = true;
-        r.ended = "diverged";
+        r.ended = world.diverged() ? "diverged" : "too many contacts";
         break;
       }
     }
@@ -294,7 +292,7 @@ struct Runner::Impl {
       r.cost += r.terms.back();
     }
     for (const BoundMeasure& m : measures) r.measures.push_back(m.value);
-    r.achieved = achieved ? achieved->value() : 0;
+    r.achieved = achieved ? achieved->value() : std::numeric_limits<double>::quiet_NaN();
     if (r.diverged) r.cost = std::numeric_limits<double>::infinity();
     return r;
   }

@@ -12,13 +12,15 @@ namespace traceur::skill {
 
 /// What one trial did. A fall, or a simulation that diverged, is a value.
 struct Rollout {
-  double cost = 0;
-  std::vector<double> terms;     ///< by Skill::terms
-  std::vector<bool> violated;    ///< by Skill::failures
-  bool diverged = false;         ///< the simulation left the finite numbers: cost means nothing
-  double achieved = 0;           ///< in the task's unit
-  double time = 0;               ///< when it ended [s]
-  std::string ended;             ///< "horizon", "stop", "diverged" or the failure's name
+  double cost = 0;             ///< NaN where a measure that it needs saw nothing
+  std::vector<double> terms;   ///< by Skill::terms
+  std::vector<bool> violated;  ///< by Skill::failures
+  /// The simulation left the finite numbers or had no room for all contacts: cost means nothing.
+  bool diverged = false;
+  double achieved = 0;  ///< in the task's unit; NaN for a skill that does not say
+  double time = 0;      ///< when it ended [s]
+  /// "horizon", "stop", "diverged", "too many contacts" or the failure's name.
+  std::string ended;
   std::vector<double> measures;  ///< by Skill::measures
   std::uint64_t hash = 0;        ///< of the states every 10 ms and of the last one
 
@@ -35,7 +37,7 @@ class Runner {
 
   /// Runs the skill. Equal arguments give equal bits in any Runner on any thread.
   /// @param parameters  (n), in the order and units of Skill::parameters
-  /// @param recording   filled every `interval` when given
+  /// @param recording   filled every kInterval when given
   /// @throws InputError for a wrong number of parameters, or NaN among them
   Rollout run(const VectorXd& parameters, double task, sim::Recording* recording = nullptr);
 

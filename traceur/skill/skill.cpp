@@ -23,6 +23,10 @@ namespace fs = std::filesystem;
 #ifndef TRACEUR_INSTALLED_DATA
 #define TRACEUR_INSTALLED_DATA ""
 #endif
+/// The same from where the program is, as the installation may have been moved; set by CMake.
+#ifndef TRACEUR_DATA_FROM_PROGRAM
+#define TRACEUR_DATA_FROM_PROGRAM ""
+#endif
 
 std::vector<fs::path> modelFolders(const fs::path& beside) {
   std::vector<fs::path> folders;
@@ -31,6 +35,11 @@ std::vector<fs::path> modelFolders(const fs::path& beside) {
   }
   if (const char* data = std::getenv("TRACEUR_DATA")) folders.push_back(fs::path(data) / "models");
   folders.push_back(fs::current_path() / "models");
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (const std::string_view way = TRACEUR_DATA_FROM_PROGRAM; !error && !way.empty()) {
+    folders.push_back((program.parent_path() / way / "models").lexically_normal());
+  }
   folders.push_back(fs::path(TRACEUR_INSTALLED_DATA) / "models");
   return folders;
 }
@@ -53,7 +62,7 @@ class SkillReader {
     if (!(skill_.horizon > 0 && skill_.horizon <= kLongest)) {
       top.fail("horizon", fmt::format("\"horizon\": expected seconds in (0, {}]", kLongest));
     }
-    skill_.target_cost = top.number("target_cost", 0);
+    skill_.target_cost = top.number("target_cost", skill_.target_cost);
     readTask(top.table("task"));
     readParameters(top.table("parameters"));
     readScene(top);
@@ -92,7 +101,9 @@ class SkillReader {
     task.min = range[0];
     task.max = range[1];
     task.initial = t.number("default", range[0]);
-    task.tolerance = t.number("tolerance", 0);
+    // Without it no trial could ever be said to have reached the task.
+    task.tolerance = t.has("achieved") ? t.number("tolerance") : t.number("tolerance", 0);
+    if (!(task.tolerance >= 0)) t.fail("tolerance", "\"tolerance\": expected a number >= 0");
     if (!(task.min <= task.initial && task.initial <= task.max)) {
       t.fail("default", "\"default\": expected min <= default <= max of \"range\"");
     }
@@ -103,6 +114,7 @@ class SkillReader {
   void readParameters(const TomlReader& table) {
     for (const std::string& name : table.names()) {  // the order of the optimiser's variables
       const TomlReader row = table.table(name);
+      checkName(table, name, name);
       ParamSpec p;
       p.name = name;
       p.unit = row.string("unit", "");
@@ -127,7 +139,7 @@ class SkillReader {
     }
   }
 
-  static sim::Material material(const TomlReader& r) {
+  static sim::Material material(const TomlReader& r, double time_step) {
     sim::Material m;
     m.friction = r.number("friction", m.friction);
     m.rolling = r.number("rolling_friction", m.rolling);
@@ -135,7 +147,15 @@ class SkillReader {
     for (const char* key : {"friction", "rolling_friction"}) {
       if (r.number(key, 0) < 0) r.fail(key, fmt::format("\"{}\": expected a number >= 0", key));
     }
-    if (!(m.compliance > 0)) r.fail("compliance", "\"compliance\": expected seconds > 0");
+    m.friction = std::max(0.0, m.friction);
+    m.rolling = std::max(0.0, m.rolling);
+    if (!(m.compliance >= 2 * time_step)) {
+      r.fail("compliance",
+             fmt::format("\"compliance\" {} s: expected at least twice the time step, "
+                         "{} s",
+                         m.compliance, 2 * time_step));
+      m.compliance = 2 * time_step;  // the rest can still be judged
+    }
     return m;
   }
 
@@ -147,19 +167,18 @@ class SkillReader {
   static double positive(const TomlReader& r, const char* key) {
     const double x = r.number(key);
     if (r.has(key) && !(x > 0)) r.fail(key, fmt::format("\"{}\": expected a number > 0", key));
-    return x;
+    return x > 0 ? x : 1;
   }
 
-  void readProps(const TomlReader& scene, std::vector<sim::Prop>& props) {
+  /// @return each prop's place in the text
+  static std::vector<TomlReader> readProps(const TomlReader& scene, double time_step,
+                                           std::vector<sim::Prop>& props) {
+    std::vector<TomlReader> rows;
     const auto finish = [&](const TomlReader& r, sim::Prop prop) {
-      prop.material = material(r);
-      for (const sim::Prop& other : props) {
-        if (other.name == prop.name) {
-          r.fail("name", fmt::format("\"{}\": two props have this name", prop.name));
-        }
-      }
+      prop.material = material(r, time_step);
       r.finish();
       props.push_back(std::move(prop));
+      rows.push_back(r);
     };
     for (const TomlReader& r : scene.tables("box")) {
       finish(r, {.name = r.string("name"),
@@ -185,6 +204,7 @@ class SkillReader {
       finish(r, sim::rail(r.string("name"), vector(r, "from"), vector(r, "to"),
                           positive(r, "radius")));
     }
+    return rows;
   }
 
   void readScene(const TomlReader& top) {
@@ -196,18 +216,44 @@ class SkillReader {
     }
     const TomlReader s = top.table("scene");
     scene.ground = s.boolean("ground", true);
-    scene.ground_material = material(s);
-    readProps(s, scene.props);
+    scene.ground_material = material(s, scene.time_step);
+    const std::vector<TomlReader> rows = readProps(s, scene.time_step, scene.props);
     s.finish();
     const std::string robot = top.string("robot");
     if (robot.empty()) return;
+    std::string wrong;
     try {
       scene.robot = std::make_shared<const sim::Robot>(
           sim::Robot::fromFile(findRobot(robot, skill_.file.parent_path())));
       skill_.model = sim::Model::fromScene(scene);
+      return;
     } catch (const InputError& e) {
-      top.fail("robot", fmt::format("\"robot\": {}", e.what()));
+      wrong = e.what();
     }
+    // Whose mistake is it? A prop's is reported at its own line.
+    bool found = false;
+    sim::Scene good = scene;
+    good.props.clear();
+    if (scene.robot && !complaint(good)) {
+      for (size_t i = 0; i < rows.size(); ++i) {
+        good.props.push_back(scene.props[i]);
+        if (const auto why = complaint(good)) {
+          rows[i].fail("name", *why);
+          good.props.pop_back();
+          found = true;
+        }
+      }
+    }
+    if (!found) top.fail("robot", fmt::format("\"robot\": {}", wrong));
+  }
+
+  static std::optional<std::string> complaint(const sim::Scene& scene) {
+    try {
+      sim::Model::fromScene(scene);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return std::nullopt;
   }
 
   void readStart(const TomlReader& start) {
@@ -326,6 +372,7 @@ class SkillReader {
                                                     "max",   "mean", "integral"};
     for (const std::string& name : table.names()) {
       const TomlReader row = table.table(name);
+      checkName(table, name, name);
       Measure m;
       m.name = name;
       m.of = expression(row, "of", "", Scope::kRunning);
@@ -339,6 +386,8 @@ class SkillReader {
         m.take = static_cast<Measure::Take>(it - kTakes.begin());
       }
       m.during = during(row);
+      if (m.take == Measure::Take::kIntegral) m.otherwise = 0;
+      m.otherwise = row.number("otherwise", m.otherwise);
       row.finish();
       skill_.measures.push_back(std::move(m));
     }
@@ -348,6 +397,7 @@ class SkillReader {
     for (const TomlReader& row : top.tables("failure")) {
       Failure f;
       f.name = row.string("name");
+      checkName(row, "name", f.name);
       f.when = expression(row, "when", "", Scope::kRunning);
       if (f.when.empty())
         row.fail("when", fmt::format("failure \"{}\": \"when\" is missing", f.name));
@@ -373,6 +423,26 @@ class SkillReader {
   }
 
   // --- pieces ---
+
+  /// Expressions name parameters, measures and failures, and a trial's end is a failure's name: one
+  /// that cannot be spelled or that means two things is noted at key.
+  void checkName(const TomlReader& row, std::string_view key, const std::string& name) {
+    if (name.empty()) return;  // said to be missing already
+    if (!control::Expression::isName(name) || name.find('.') != std::string::npos) {
+      row.fail(key, fmt::format("\"{}\": expected a name of letters, digits and _, that is no "
+                                "function",
+                                name));
+      return;
+    }
+    static const std::set<std::string> kOurs = {"task",       "horizon", "time",
+                                                "phase_time", "stop",    "diverged"};
+    if (kOurs.contains(name)) {
+      row.fail(key, fmt::format("\"{}\" has a meaning of its own: expected another name", name));
+    } else if (!names_.insert(name).second) {
+      row.fail(key,
+               fmt::format("\"{}\": two parameters, measures or failures have this name", name));
+    }
+  }
 
   std::vector<bool> during(const TomlReader& row) {
     std::vector<bool> in(skill_.phases.size(), !row.has("during"));
@@ -513,6 +583,7 @@ class SkillReader {
   Diagnostics diagnostics_;
   Skill skill_;
   std::unique_ptr<control::Signals> signals_;
+  std::set<std::string> names_;            // of parameters, measures and failures
   Vector3d base_root_ = Vector3d::Zero();  // the attitude of the pose basePose() read last
 };
 
@@ -547,6 +618,12 @@ fs::path findRobot(const std::string& name, const fs::path& beside) {
         names.push_back(entry.path().filename().string());
       }
     }
+  }
+  if (names.empty()) {
+    std::vector<std::string> folders;
+    for (const fs::path& folder : modelFolders(beside)) folders.push_back(folder.string());
+    throw InputError(fmt::format("no robot \"{}\": no such file, and found no models/ in: {}", name,
+                                 join(folders)));
   }
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());

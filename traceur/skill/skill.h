@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,7 +24,8 @@ struct Task {
   double initial = 0;  ///< when nothing is asked
   double min = 0;
   double max = 0;
-  std::string achieved;  ///< expression over measures: what a trial did, in the same unit
+  /// Expression over measures: what a trial did, in the same unit; empty: it cannot be said.
+  std::string achieved;
   double tolerance = 0;  ///< |achieved - task| a person would accept
 };
 
@@ -64,6 +66,8 @@ struct Measure {
   std::string name;
   std::string of;  ///< expression over signals
   Take take = Take::kLast;
+  /// The value in a trial in which `of` was never a number while it was looked at.
+  double otherwise = std::numeric_limits<double>::quiet_NaN();
   std::vector<bool> during;  ///< by phase
 };
 
@@ -104,7 +108,8 @@ struct Skill {
   std::vector<Measure> measures;
   std::vector<Failure> failures;
   std::vector<Term> terms;
-  double target_cost = 0;  ///< good enough: practice stops here
+  /// Good enough: practice stops here.
+  double target_cost = -std::numeric_limits<double>::infinity();
 
   VectorXd initialParameters() const;
 
@@ -116,8 +121,9 @@ struct Skill {
 };
 
 /// Where the robot a skill or a person names is described: a path, or a name under models/ beside
-/// the file or above it, in $TRACEUR_DATA, or where Traceur is installed.
-/// @throws InputError with the names there are
+/// the file or above it, in $TRACEUR_DATA, beside the running program (../share/traceur), or where
+/// Traceur was built to be installed.
+/// @throws InputError with the names there are, or the folders without any
 std::filesystem::path findRobot(const std::string& name, const std::filesystem::path& beside);
 
 }  // namespace traceur::skill

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+
 #include "traceur/core/error.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/skill/rollout.h"
@@ -37,6 +40,7 @@ horizon = 0.2
 [task]
 default = 0.1
 range = [0, 1]
+tolerance = 0.01
 achieved = "bent"
 [start.pose]
 base = "stand"
@@ -103,7 +107,7 @@ TEST(SkillFile, ReportsAllMistakesWithPlaceAndSuggestion) {
   text = replaced(text, "range = [-1, 1]", "range = [1, -1]");
   text = replaced(text, "during = [\"bend\"]", "during = [\"bned\"]");
   const std::string m = mistakes(text);
-  EXPECT_NE(m.find(":15:"), std::string::npos) << m;
+  EXPECT_NE(m.find(":16:"), std::string::npos) << m;
   for (const char* part :
        {"Did you mean \"hip\"?", "Did you mean \"lean\"?", "Did you mean \"com.z\"?",
         "Did you mean \"last\"?", "Did you mean \"until\"?", "min < max, got [1, -1]",
@@ -132,6 +136,113 @@ TEST(SkillFile, RefusesWhatCannotBeRun) {
       std::string::npos);
   EXPECT_NE(mistakes("name = \n").find(":1:"), std::string::npos);
   EXPECT_NE(mistakes("").find("\"robot\" is missing"), std::string::npos);
+}
+
+TEST(SkillFile, NamesCanBeSpelledAndMeanOneThing) {
+  const std::string text = kNod;
+  const auto parameter = [&](const std::string& name) {
+    return mistakes(
+        replaced(text, "lean = {", name + " = { unit = \"rad\", range = [-1, 1] }\nlean = {"));
+  };
+  EXPECT_EQ(parameter("other"), "accepted");
+  for (const char* bad : {"time", "task", "horizon", "phase_time", "stop", "diverged"}) {
+    EXPECT_NE(parameter(bad).find("has a meaning of its own"), std::string::npos) << bad;
+  }
+  for (const char* bad : {"foot-angle", "\"a,b\"", "\"a b\"", "2x", "max", "pi", "\"com.x\""}) {
+    EXPECT_NE(parameter(bad).find("letters, digits"), std::string::npos) << bad;
+  }
+  for (const char* bad : {"bent", "fall"}) {
+    EXPECT_NE(parameter(bad).find("have this name"), std::string::npos) << bad;
+  }
+  EXPECT_NE(
+      mistakes(replaced(text, "name = \"fall\"\nwhen", "name = \"a,b\"\nwhen")).find("\"a,b\""),
+      std::string::npos);
+  EXPECT_NE(mistakes(replaced(text, "bent = {",
+                              "early-bend = { of = \"time\", take = \"max\" }\nbent = {"))
+                .find("\"early-bend\""),
+            std::string::npos);
+}
+
+TEST(SkillFile, MistakesInPropsStandAtTheirLines) {
+  const std::string text = kNod;
+  const std::string m =
+      mistakes(text +
+               "[[scene.box]]\nname = \"l_foot\"\nsize = [1, 1, 1]\nat = [5, 0, 0]\n"
+               "[[scene.box]]\nname = \"flat\"\nsize = [1, 0, 1]\nat = [5, 0, 0]\n"
+               "[[scene.box]]\nname = \"fine\"\nsize = [1, 1, 1]\nat = [5, 0, 0]\n");
+  const long first = std::count(text.begin(), text.end(), '\n') + 2;
+  EXPECT_NE(m.find(":" + std::to_string(first) + ":8: scene: prop \"l_foot\""), std::string::npos)
+      << m;
+  EXPECT_NE(m.find(":" + std::to_string(first + 4) + ":8: scene: prop \"flat\""), std::string::npos)
+      << m;
+  EXPECT_EQ(m.find("fine"), std::string::npos) << m;
+  EXPECT_EQ(m.find("\"robot\""), std::string::npos) << m;
+}
+
+TEST(SkillFile, SurfacesMustBeSoftEnoughForTheTimeStep) {
+  const std::string m =
+      mistakes("time_step = 0.005" + std::string(kNod) + "[scene]\ncompliance = 0.008\n");
+  EXPECT_NE(m.find("\"compliance\" 0.008 s: expected at least twice the time step, 0.01 s"),
+            std::string::npos)
+      << m;
+}
+
+TEST(SkillFile, AchievedNeedsAToleranceAndNoTargetMeansNone) {
+  EXPECT_NE(mistakes(replaced(kNod, "tolerance = 0.01\n", "")).find("\"tolerance\" is missing"),
+            std::string::npos);
+  EXPECT_EQ(fromText(kNod)->target_cost, -INFINITY);
+  EXPECT_EQ(Skill().target_cost, -INFINITY);
+}
+
+TEST(Rollout, AMeasureThatSawNothingHasNoValueUnlessTheFileGivesOne) {
+  const std::string never =
+      replaced(kNod, "take = \"max\", during = [\"bend\"]", "take = \"max\", during = [\"never\"]");
+  std::string text = replaced(never, "[measures]",
+                              "until = \"time > 9\"\n[[phase]]\nname = \"never\"\n"
+                              "pose = { base = \"previous\" }\n[measures]");
+  text = replaced(text, "cost = \"10 * fall\"", "cost = \"early\"");
+  VectorXd x(1);
+  x << 0.3;
+  const auto early = [&](const std::string& of) {
+    const auto skill = fromText(of);
+    const SkillProblem problem(skill, 0.1);
+    EXPECT_EQ(problem.evaluate(x).meaningful(), std::isfinite(problem.evaluate(x).cost));
+    return Runner(skill).run(x, 0.1).measures[2];
+  };
+  for (const char* take : {"first", "last", "min", "max", "mean"}) {
+    EXPECT_TRUE(std::isnan(early(
+        replaced(text, "take = \"max\", during", "take = \"" + std::string(take) + "\", during"))))
+        << take;
+  }
+  EXPECT_EQ(early(replaced(text, "take = \"max\", during", "take = \"integral\", during")), 0);
+  EXPECT_EQ(
+      early(replaced(text, "take = \"max\", during", "take = \"max\", otherwise = 7, during")), 7);
+}
+
+TEST(Rollout, TooManyContactsAreAFailedTrialWithItsOwnWords) {
+  // Spheres in a bowl of spheres: more contacts than anyone made room for.
+  std::string mjcf = "<mujoco><worldbody><body name='b' pos='0 0 .12'><freejoint/>";
+  for (int i = 0; i < 400; ++i) {
+    mjcf += "<geom size='.05' mass='.1' pos='" + std::to_string(.11 * (i % 20)) + " " +
+            std::to_string(.11 * (i / 20)) + " 0'/>";
+  }
+  mjcf +=
+      "<body><joint name='j'/><geom size='.01' contype='0' "
+      "conaffinity='0'/></body></body></worldbody></mujoco>";
+  const std::string file = testing::TempDir() + "many.xml";
+  std::ofstream(file) << mjcf;
+  std::string text = replaced(kNod, "\"bioloid-gp\"", "\"" + file + "\"");
+  text = replaced(text, "base = \"stand\"", "");
+  text = replaced(text, "base = \"stand\", shoulder = \"2 * lean\", hip = 0.05", "j = \"lean\"");
+  text = replaced(text, "joint.l_shoulder", "joint.j");
+  text = replaced(text, "com.z < 0.1", "com.z < -1");
+  const auto skill = fromText(text);
+  VectorXd x(1);
+  x << 0;
+  const Rollout r = Runner(skill).run(x, 0.1);
+  EXPECT_EQ(r.ended, "too many contacts");
+  EXPECT_TRUE(r.failed());
+  EXPECT_EQ(r.cost, INFINITY);
 }
 
 TEST(SkillFile, EverySkillLoadsAndRuns) {
