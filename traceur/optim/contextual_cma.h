@@ -29,7 +29,7 @@ struct ContextualCmaOptions {
   /// than the least before. The next one begins anew with lambda_factor times as many samples.
   double tolx = 1e-9;
   double tolstagnation = 1e-3;  ///< 0: off
-  int stagnation_curves = 0;    ///< 0: 8 + n/2 [ours]
+  int stagnation_curves = 0;    ///< 0: 5 + n/4 [ours]
   int max_restarts = 9;         ///< as pycma's IPOP
   double lambda_factor = 2;
 };

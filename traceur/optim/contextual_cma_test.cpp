@@ -132,7 +132,7 @@ TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
                              .seed = seed});
     const Summary s = minimise(problem, optimizer, {.budget = 20000, .target = 1e-3});
     reached += s.end == End::kTarget;
-    EXPECT_EQ(optimizer.state().lambda, 16 << optimizer.state().restarts);
+    EXPECT_EQ(optimizer.state().lambda, 32 << optimizer.state().restarts);
   }
   EXPECT_GE(reached, 4);
 }

@@ -46,7 +46,7 @@ void check(const Evaluation& evaluation, size_t constraints, size_t tasks) {
     throw InputError(fmt::format("minimise: the problem has {} constraints, a trial reports {}",
                                  constraints, got));
   }
-  if (!evaluation.failed && evaluation.task_costs.size() != tasks) {
+  if (evaluation.meaningful() && evaluation.task_costs.size() != tasks) {
     throw InputError(fmt::format("minimise: the problem has {} tasks, a trial reports costs of {}",
                                  tasks, evaluation.task_costs.size()));
   }
