@@ -66,6 +66,7 @@ struct Runner::Impl {
   double time = 0;
   double phase_time = 0;
   std::vector<double> failed;  // by failure: 0 or 1
+  bool task_moves = false;     // the motion depends on the task
 
   std::vector<BoundPhase> phases;
   std::vector<BoundFeedback> feedback;
@@ -138,7 +139,10 @@ struct Runner::Impl {
     for (size_t i = 0; i < skill->parameters.size(); ++i) {
       if (skill->parameters[i].name == name) return &parameters[static_cast<Eigen::Index>(i)];
     }
-    if (name == "task") return &task;
+    if (name == "task") {
+      task_moves = task_moves || scope != Scope::kVerdict;
+      return &task;
+    }
     if (name == "horizon") return &horizon;
     if (scope == Scope::kSetup) return nullptr;
     if (name == "time") return &time;
@@ -248,9 +252,10 @@ struct Runner::Impl {
       signals.update(s);
       phase_time = time - entered;
       // A phase may end at once, but each at most once per step.
-      for (int k = phase; k + 1 < static_cast<int>(phases.size()); ++k) {
-        if (!phases[k].until || !phases[k].until->holds()) break;
-        phase = k + 1;
+      for (size_t k = 0; k < phases.size() && phases[phase].until; ++k) {
+        const int next = skill->phases[phase].next;
+        if (next == static_cast<int>(phases.size()) || !phases[phase].until->holds()) break;
+        phase = next;
         entered = time;
         phase_time = 0;
         enter(phase);
@@ -302,6 +307,17 @@ Runner::Runner(std::shared_ptr<const Skill> skill)
     : impl_(std::make_unique<Impl>(std::move(skill))) {}
 Runner::~Runner() = default;
 Runner::Runner(Runner&&) noexcept = default;
+
+double Runner::costOf(double task) {
+  impl_->task = task;
+  double cost = 0;
+  for (const Expression& t : impl_->terms) cost += t.value();
+  return cost;
+}
+
+bool Runner::motionDependsOnTask() const {
+  return impl_->task_moves;
+}
 
 Rollout Runner::run(const VectorXd& parameters, double task, sim::Recording* recording) {
   return impl_->run(parameters, task, recording);

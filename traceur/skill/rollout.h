@@ -41,6 +41,11 @@ class Runner {
   /// @throws InputError for a wrong number of parameters, or NaN among them
   Rollout run(const VectorXd& parameters, double task, sim::Recording* recording = nullptr);
 
+  /// What the last run would have cost for another task, where the motion does not depend on it.
+  double costOf(double task);
+  /// Whether "task" stands in a pose, a force or a condition, so that each task is another motion.
+  bool motionDependsOnTask() const;
+
   /// Time between a recording's frames [s]; rounded to whole steps.
   static constexpr double kInterval = 0.01;
 

@@ -321,10 +321,13 @@ class SkillReader {
       p.limited = row.boolean("limited", true);
       for (const TomlReader& f : row.tables("force")) readForce(f, p);
       p.until = expression(row, "until", "", Scope::kRunning);
-      if (p.until.empty() && i + 1 < rows.size()) {
+      p.next = static_cast<int>(i) + 1;
+      if (row.has("then")) p.next = phaseIndex(row, "then", row.string("then"));
+      const bool last = p.next == static_cast<int>(rows.size());
+      if (p.until.empty() && !last) {
         row.fail("until", fmt::format("phase \"{}\": \"until\" is missing: expected the condition "
                                       "that begins \"{}\"",
-                                      p.name, skill_.phases[i + 1].name));
+                                      p.name, skill_.phases[p.next].name));
       }
       row.finish();
     }
@@ -444,20 +447,23 @@ class SkillReader {
     }
   }
 
+  /// The phase of this name, or the first one after complaining about `key`.
+  int phaseIndex(const TomlReader& row, const char* key, const std::string& name) {
+    std::vector<std::string> names;
+    for (size_t i = 0; i < skill_.phases.size(); ++i) {
+      if (skill_.phases[i].name == name) return static_cast<int>(i);
+      names.push_back(skill_.phases[i].name);
+    }
+    row.fail(key,
+             fmt::format("\"{}\": no phase named \"{}\".{}", key, name, didYouMean(name, names)));
+    return 0;
+  }
+
   std::vector<bool> during(const TomlReader& row) {
     std::vector<bool> in(skill_.phases.size(), !row.has("during"));
     if (!row.has("during")) return in;
     for (const std::string& name : row.strings("during")) {
-      bool found = false;
-      std::vector<std::string> names;
-      for (size_t i = 0; i < skill_.phases.size(); ++i) {
-        names.push_back(skill_.phases[i].name);
-        if (skill_.phases[i].name == name) in[i] = found = true;
-      }
-      if (!found) {
-        row.fail("during", fmt::format("\"during\": no phase named \"{}\".{}", name,
-                                       didYouMean(name, names)));
-      }
+      in[phaseIndex(row, "during", name)] = true;
     }
     return in;
   }

@@ -52,6 +52,7 @@ struct Phase {
   std::vector<ForceTerm> forces;
   bool limited = true;  ///< whether the forces' torques count against the motors' limits
   std::string until;    ///< condition that ends it; empty: it is held to the end
+  int next = 0;         ///< index of the phase that follows; an earlier one makes a cycle
 };
 
 /// Added to joint targets in every step.

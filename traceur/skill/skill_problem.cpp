@@ -1,9 +1,25 @@
 #include "traceur/skill/skill_problem.h"
 
+#include <fmt/format.h>
+
+#include "traceur/core/error.h"
+
 namespace traceur::skill {
 
 SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, double task)
     : skill_(std::move(skill)), task_(task) {}
+
+SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, VectorXd tasks)
+    : skill_(std::move(skill)), tasks_(std::move(tasks)), task_(tasks_[0]) {
+  Runner runner(skill_);
+  if (runner.motionDependsOnTask()) {
+    throw InputError(fmt::format(
+        "{}: \"task\" stands in a pose, a force or a condition, so that one trial cannot be scored "
+        "for several tasks; let the cost alone depend on it",
+        skill_->name));
+  }
+  idle_.push_back(std::move(runner));
+}
 
 VectorXd SkillProblem::lower() const {
   VectorXd x(skill_->parameters.size());
@@ -39,9 +55,15 @@ optim::Evaluation SkillProblem::evaluate(const VectorXd& x) const {
   idle_.pop_back();
   lock.unlock();
   const Rollout rollout = runner.run(x, task_);
+  optim::Evaluation evaluation{rollout.cost, rollout.violated, rollout.diverged, {}};
+  if (tasks_.size() > 0 && !rollout.diverged) {
+    for (const double task : tasks_) evaluation.task_costs.push_back(runner.costOf(task));
+    evaluation.cost =
+        Eigen::Map<const VectorXd>(evaluation.task_costs.data(), tasks_.size()).mean();
+  }
   lock.lock();
   idle_.push_back(std::move(runner));
-  return {rollout.cost, rollout.violated, rollout.diverged};
+  return evaluation;
 }
 
 }  // namespace traceur::skill

@@ -1,4 +1,4 @@
-// Practising a skill for one task, as something to minimise.
+// Practising a skill for one task, or for a range of them, as something to minimise.
 #pragma once
 
 #include <memory>
@@ -14,15 +14,21 @@ namespace traceur::skill {
 class SkillProblem : public optim::Problem {
  public:
   SkillProblem(std::shared_ptr<const Skill> skill, double task);
+  /// One trial is scored for all tasks at once.
+  /// @param tasks  (M) rising, M ≥ 2
+  /// @throws InputError when the skill's motion depends on the task, so that one trial cannot be
+  SkillProblem(std::shared_ptr<const Skill> skill, VectorXd tasks);
 
   VectorXd lower() const override;
   VectorXd upper() const override;
   std::vector<std::string> constraints() const override;
+  VectorXd tasks() const override { return tasks_; }
   optim::Evaluation evaluate(const VectorXd& x) const override;
 
  private:
   std::shared_ptr<const Skill> skill_;
-  double task_;
+  VectorXd tasks_;  // (M); empty: only task_
+  double task_ = 0;
   // Runners not in use; as many as there were ever threads at once.
   mutable std::mutex mutex_;
   mutable std::vector<Runner> idle_;
