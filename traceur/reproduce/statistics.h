@@ -1,0 +1,34 @@
+// What a sample of runs says, and how sure it is.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace traceur::reproduce {
+
+using Sample = std::vector<double>;
+
+double mean(std::span<const double> values);
+/// The upper one of two.
+double median(std::span<const double> values);
+/// The mean without the lowest and the highest ⌊n·share⌋ values.
+double trimmedMean(std::span<const double> values, double share);
+/// exp of the mean logarithm; values > 0.
+double geometricMean(std::span<const double> values);
+
+struct Interval {
+  double low = 0;
+  double high = 0;
+};
+
+/// The 95 % percentile bootstrap interval of a statistic of independent samples
+/// [Efron1993, §13.3]: each sample is drawn anew from itself, with replacement, `resamples` times.
+/// Equal samples give equal bits.
+/// @param samples    none of them empty
+/// @param statistic  of one resample of each, in the same order
+Interval bootstrap(std::span<const Sample> samples,
+                   const std::function<double(std::span<const Sample>)>& statistic,
+                   int resamples = 4000);
+
+}  // namespace traceur::reproduce

@@ -1,0 +1,260 @@
+#include "traceur/reproduce/table.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
+#include "traceur/core/text.h"
+#include "traceur/core/thread_pool.h"
+
+namespace traceur::reproduce {
+namespace {
+
+constexpr std::string_view kHeader = "row,column,seed,value,missed";
+
+std::string title(const Table& table) {
+  return fmt::format("# traceur reproduce {}", table.name);
+}
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> fields;
+  std::stringstream stream(line);
+  for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
+  return fields;
+}
+
+template <typename T>
+int indexOf(const std::vector<T>& named, const std::string& name) {
+  const auto found =
+      std::find_if(named.begin(), named.end(), [&](const T& t) { return t.name == name; });
+  return found == named.end() ? -1 : static_cast<int>(found - named.begin());
+}
+
+double center(const Sample& values, double trim) {
+  return trim > 0 ? trimmedMean(values, trim) : mean(values);
+}
+
+double printedRatio(const Table& t, const Ratio& ratio, size_t row) {
+  if (!ratio.printed.empty()) return ratio.printed[row];
+  const auto at = [&](int column) {
+    const std::vector<double>& printed = t.columns[column].printed;
+    return printed.empty() ? kNotPrinted : printed[row];
+  };
+  return at(ratio.numerator) / at(ratio.denominator);
+}
+
+}  // namespace
+
+Results Results::read(const Table& table, const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw SystemError(fmt::format("{}: cannot be read", file.string()));
+  std::stringstream whole;
+  whole << in.rdbuf();
+  const std::string text = whole.str();
+
+  Results results(table);
+  int number = 0;
+  const auto fail = [&](const std::string& what) {
+    throw InputError(fmt::format("{}:{}: {}", file.string(), number, what));
+  };
+  for (size_t from = 0; from < text.size();) {
+    const size_t to = text.find('\n', from);
+    if (to == std::string::npos) break;  // cut short: run again
+    const std::string line = text.substr(from, to - from);
+    from = to + 1;
+    ++number;
+    if (number == 1) {
+      if (line != title(table))
+        fail(fmt::format("expected \"{}\", got \"{}\"", title(table), line));
+      continue;
+    }
+    if (number == 2) {
+      if (line != kHeader) fail(fmt::format("expected \"{}\", got \"{}\"", kHeader, line));
+      continue;
+    }
+    const std::vector<std::string> f = split(line);
+    if (f.size() != 5) fail(fmt::format("expected 5 fields, got {}", f.size()));
+    const int row = indexOf(table.rows, f[0]);
+    const int column = indexOf(table.columns, f[1]);
+    if (row < 0) fail(fmt::format("{} has no row \"{}\"", table.name, f[0]));
+    if (column < 0) fail(fmt::format("{} has no column \"{}\"", table.name, f[1]));
+    try {
+      results.outcomes_[{row, column, std::stoull(f[2])}] = {std::stod(f[3]), f[4] == "1"};
+    } catch (const std::exception&) {
+      fail(fmt::format("expected numbers, got \"{}\"", line));
+    }
+  }
+  return results;
+}
+
+bool Results::run(const RunOptions& options, const std::filesystem::path& file) {
+  std::vector<Key> todo;
+  int total = 0;
+  int most = 0;
+  const auto seedsOf = [&](const Column& c) {
+    return options.seeds > 0 ? options.seeds : options.seeds < 0 ? c.full : c.seeds;
+  };
+  for (const Column& c : table_->columns) most = std::max(most, seedsOf(c));
+  for (int s = 0; s < most; ++s) {
+    for (int r = 0; r < static_cast<int>(table_->rows.size()); ++r) {
+      for (int c = 0; c < static_cast<int>(table_->columns.size()); ++c) {
+        if (s >= seedsOf(table_->columns[c])) continue;
+        ++total;
+        const Key key{r, c, options.first_seed + s};
+        if (!outcomes_.contains(key)) todo.push_back(key);
+      }
+    }
+  }
+
+  const bool keep = !file.empty() && !todo.empty();
+  std::ofstream out;
+  if (keep) {
+    if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+    write(file);  // anew: a line cut short by a crash must not stay in the middle
+    out.open(file, std::ios::app);
+  }
+
+  const auto progress = [&](size_t left) {
+    if (options.on_progress) options.on_progress(total - static_cast<int>(left), total);
+  };
+  progress(todo.size());
+  ThreadPool pool(options.threads);
+  const size_t batch = static_cast<size_t>(pool.threads()) * 4;
+  for (size_t from = 0; from < todo.size(); from += batch) {
+    if (options.stop.stop_requested()) return false;
+    const size_t count = std::min(batch, todo.size() - from);
+    std::vector<Outcome> outcomes(count);
+    pool.forEach(static_cast<int>(count), [&](int i) {
+      const auto [row, column, seed] = todo[from + i];
+      outcomes[i] = table_->run(row, column, seed);
+    });
+    for (size_t i = 0; i < count; ++i) {
+      outcomes_[todo[from + i]] = outcomes[i];
+      if (keep) writeLine(out, todo[from + i], outcomes[i]);
+    }
+    if (keep && !out.flush()) {
+      throw SystemError(fmt::format("{}: cannot be written", file.string()));
+    }
+    progress(todo.size() - from - count);
+  }
+  out.close();
+  if (keep) write(file);  // in order, whatever the runs' order was
+  return true;
+}
+
+void Results::write(const std::filesystem::path& file) const {
+  std::ostringstream text;
+  fmt::print(text, "{}\n{}\n", title(*table_), kHeader);
+  for (const auto& [key, outcome] : outcomes_) writeLine(text, key, outcome);
+  PendingFile pending(file);
+  pending.write(text.str());
+  pending.commit();
+}
+
+void Results::writeLine(std::ostream& out, const Key& key, const Outcome& outcome) const {
+  const auto [row, column, seed] = key;
+  fmt::print(out, "{},{},{},{},{}\n", table_->rows[row].name, table_->columns[column].name, seed,
+             outcome.value, outcome.missed ? 1 : 0);
+}
+
+Sample Results::values(int row, int column) const {
+  Sample values;
+  for (auto i = outcomes_.lower_bound({row, column, 0}); i != outcomes_.end(); ++i) {
+    if (std::get<0>(i->first) != row || std::get<1>(i->first) != column) break;
+    values.push_back(i->second.value);
+  }
+  return values;
+}
+
+int Results::missed(int row, int column) const {
+  int count = 0;
+  for (const auto& [key, outcome] : outcomes_) {
+    count += std::get<0>(key) == row && std::get<1>(key) == column && outcome.missed;
+  }
+  return count;
+}
+
+Summary summarise(const Results& results) {
+  const Table& t = results.table();
+  const size_t rows = t.rows.size();
+  std::vector<std::vector<Sample>> samples(rows);
+  Summary summary;
+  summary.cells.resize(rows);
+  summary.ratios.resize(rows);
+  for (size_t r = 0; r < rows; ++r) {
+    for (size_t c = 0; c < t.columns.size(); ++c) {
+      samples[r].push_back(results.values(static_cast<int>(r), static_cast<int>(c)));
+      const Sample& sample = samples[r].back();
+      CellSummary cell;
+      cell.runs = static_cast<int>(sample.size());
+      if (!t.columns[c].printed.empty()) cell.printed = t.columns[c].printed[r];
+      if (cell.runs > 0) {
+        cell.missed = results.missed(static_cast<int>(r), static_cast<int>(c));
+        cell.value = center(sample, t.trim);
+        cell.interval =
+            bootstrap({&sample, 1}, [&](const auto& drawn) { return center(drawn[0], t.trim); });
+      }
+      summary.cells[r].push_back(cell);
+    }
+  }
+
+  // The geometric mean over rows of the ratio of two columns' means.
+  const auto ratioOver = [&](const std::vector<size_t>& over, const Ratio& ratio) {
+    RatioSummary s;
+    std::vector<Sample> pairs;
+    std::vector<double> printed;
+    for (const size_t r : over) {
+      pairs.push_back(samples[r][ratio.numerator]);
+      pairs.push_back(samples[r][ratio.denominator]);
+      printed.push_back(printedRatio(t, ratio, r));
+      if (pairs.back().empty() || pairs[pairs.size() - 2].empty()) {
+        s.value = kNotPrinted;
+        return s;
+      }
+    }
+    const auto statistic = [&](std::span<const Sample> drawn) {
+      std::vector<double> each;
+      for (size_t i = 0; i < drawn.size(); i += 2) {
+        each.push_back(center(drawn[i], t.trim) / center(drawn[i + 1], t.trim));
+      }
+      return geometricMean(each);
+    };
+    s.value = statistic(pairs);
+    s.interval = bootstrap(pairs, statistic);
+    s.printed = geometricMean(printed);
+    return s;
+  };
+  std::vector<std::pair<std::string, std::vector<size_t>>> groups;
+  for (size_t r = 0; r < rows; ++r) {
+    for (const Ratio& ratio : t.ratios) summary.ratios[r].push_back(ratioOver({r}, ratio));
+    auto group = std::find_if(groups.begin(), groups.end(),
+                              [&](const auto& g) { return g.first == t.rows[r].group; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {t.rows[r].group, {}});
+    group->second.push_back(r);
+  }
+  for (const auto& [name, members] : groups) {
+    if (members.size() < 2) continue;
+    Summary::Group group{name, t.rows[members[0]].quantity, static_cast<int>(members.size()), {}};
+    for (const Ratio& ratio : t.ratios) group.ratios.push_back(ratioOver(members, ratio));
+    summary.groups.push_back(std::move(group));
+  }
+  return summary;
+}
+
+const Table& findTable(std::string_view name) {
+  std::vector<std::string> names;
+  for (const Table& table : allTables()) {
+    if (table.name == name) return table;
+    names.push_back(table.name);
+  }
+  throw InputError(fmt::format("no table or figure \"{}\".{} There is: {}", name,
+                               didYouMean(name, names), join(names)));
+}
+
+}  // namespace traceur::reproduce

@@ -1,0 +1,139 @@
+// A published table or figure as something to run again: what was printed, and one function that
+// repeats a single run of a single cell.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <limits>
+#include <map>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "traceur/reproduce/statistics.h"
+
+namespace traceur::reproduce {
+
+/// What one run gave.
+struct Outcome {
+  double value = 0;     ///< in Row::quantity
+  bool missed = false;  ///< it did not get there; value is then what the protocol counts for it
+};
+
+inline constexpr double kNotPrinted = std::numeric_limits<double>::quiet_NaN();
+
+struct Row {
+  std::string name;      ///< "Toy1"; unique in its table
+  std::string group;     ///< rows of one group are summed up together; "" for a single one
+  std::string quantity;  ///< "evaluations", "cost"
+};
+
+struct Column {
+  std::string name;             ///< "CMA-ES"; unique in its table
+  int seeds = 0;                ///< runs of a cell by default: minutes for the whole table
+  int full = 0;                 ///< runs of a cell in the committed results
+  std::vector<double> printed;  ///< a row each, kNotPrinted where the source says nothing
+};
+
+/// The quotient of two columns' values in each row.
+struct Ratio {
+  std::string name;                  ///< "speed-up"
+  int numerator = 0;                 ///< column
+  int denominator = 0;               ///< column
+  std::vector<double> printed = {};  ///< a row each; empty: what the columns' printed values give
+};
+
+struct Table {
+  std::string name;      ///< the word a person types: "table-7"
+  std::string title;     ///< a sentence
+  std::string protocol;  ///< start, stop rule, counting, trimming: what it takes to repeat it
+  std::vector<Row> rows;
+  std::vector<Column> columns;
+  std::vector<Ratio> ratios;
+  double trim = 0;  ///< share of runs left out at either end before the mean is taken
+  /// Pure, and callable from several threads.
+  std::function<Outcome(int row, int column, std::uint64_t seed)> run;
+};
+
+const std::vector<Table>& allTables();
+
+/// @throws InputError with the names there are for one there is not
+const Table& findTable(std::string_view name);
+
+/// The runs made so far: (row, column, seed) → outcome, as a CSV file with the lines
+///
+///     # traceur reproduce table-7
+///     row,column,seed,value,missed
+///     Toy1,CMA-ES,1,664,0
+///
+/// Equal runs give equal files. A line cut short by a crash is run again.
+class Results {
+ public:
+  using Key = std::tuple<int, int, std::uint64_t>;  // row, column, seed
+
+  explicit Results(const Table& table) : table_(&table) {}
+
+  /// @throws InputError naming file and line for what is not such a file, of another table or of a
+  /// row or column the table does not have; SystemError when it cannot be read
+  static Results read(const Table& table, const std::filesystem::path& file);
+
+  struct RunOptions {
+    std::uint64_t first_seed = 1;
+    int seeds = 0;  ///< of each cell; 0: Column::seeds; negative: Column::full
+    int threads = 1;
+    std::stop_token stop = {};
+    /// Before the first run and after each batch of them.
+    std::function<void(int done, int total)> on_progress = {};
+  };
+  /// Makes the runs that are missing, appending them to the file as they end.
+  /// @param file  empty: kept in memory only
+  /// @return false when it was asked to stop before the last
+  bool run(const RunOptions& options, const std::filesystem::path& file);
+
+  const Table& table() const { return *table_; }
+  /// The values of one cell in the order of seeds.
+  Sample values(int row, int column) const;
+  int missed(int row, int column) const;
+
+ private:
+  void write(const std::filesystem::path& file) const;
+  void writeLine(std::ostream& out, const Key& key, const Outcome& outcome) const;
+
+  const Table* table_;
+  std::map<Key, Outcome> outcomes_;
+};
+
+/// One cell, summed up.
+struct CellSummary {
+  int runs = 0;
+  int missed = 0;
+  double value = 0;  ///< mean, trimmed as the table says
+  Interval interval;
+  double printed = kNotPrinted;
+};
+
+struct RatioSummary {
+  double value = 0;  ///< of the two means
+  Interval interval;
+  double printed = kNotPrinted;
+};
+
+struct Summary {
+  std::vector<std::vector<CellSummary>> cells;    ///< [row][column]; runs = 0: not run
+  std::vector<std::vector<RatioSummary>> ratios;  ///< [row][ratio]; NaN where a cell is missing
+  struct Group {
+    std::string name;
+    std::string quantity;
+    int rows = 0;
+    std::vector<RatioSummary> ratios;  ///< geometric means over the group's rows
+  };
+  std::vector<Group> groups;  ///< of more than one row
+};
+
+Summary summarise(const Results& results);
+
+}  // namespace traceur::reproduce

@@ -1,0 +1,154 @@
+#include "traceur/reproduce/table.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "traceur/core/error.h"
+#include "traceur/core/random.h"
+
+namespace traceur::reproduce {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A table whose truth is known: the second column needs a third of the first.
+Table known() {
+  Table t;
+  t.name = "known";
+  t.rows = {{"a", "", "trials"}, {"b", "", "trials"}};
+  t.columns = {{"slow", 8, 20, {300, 600}}, {"fast", 6, 10, {100, 200}}};
+  t.ratios = {{"speed-up", 0, 1, {}}};
+  t.run = [](int row, int column, std::uint64_t seed) {
+    Random random(seed, row, column);
+    const double noise = 1 + 0.1 * random.uniform(-1, 1);
+    return Outcome{(row + 1) * (column == 0 ? 300 : 100) * noise, seed == 2 && column == 0};
+  };
+  return t;
+}
+
+class TableFile : public testing::Test {
+ protected:
+  TableFile() : dir_(fs::temp_directory_path() / fs::path("traceur-table-XXXXXX")) {
+    std::string name = dir_.string();
+    dir_ = mkdtemp(name.data());
+  }
+  ~TableFile() override { fs::remove_all(dir_); }
+
+  static std::string text(const fs::path& file) {
+    std::stringstream s;
+    s << std::ifstream(file).rdbuf();
+    return s.str();
+  }
+  fs::path dir_;
+};
+
+TEST_F(TableFile, SumsUpWhatWasRun) {
+  const Table table = known();
+  Results results(table);
+  EXPECT_TRUE(results.run({}, {}));
+  const Summary s = summarise(results);
+  EXPECT_EQ(s.cells[0][0].runs, 8);
+  EXPECT_EQ(s.cells[0][0].missed, 1);
+  EXPECT_EQ(s.cells[0][1].missed, 0);
+  EXPECT_NEAR(s.cells[1][0].value, 600, 40);
+  for (const auto& row : s.ratios) {
+    EXPECT_NEAR(row[0].value, 3, 0.3);
+    EXPECT_LT(row[0].interval.low, row[0].value);
+    EXPECT_GT(row[0].interval.high, row[0].value);
+    EXPECT_DOUBLE_EQ(row[0].printed, 3);
+  }
+  ASSERT_EQ(s.groups.size(), 1U);
+  EXPECT_NEAR(s.groups[0].ratios[0].value, std::sqrt(s.ratios[0][0].value * s.ratios[1][0].value),
+              1e-12);
+}
+
+TEST_F(TableFile, AFileIsTheSameForAnyThreadsAndAfterBeingCutShort) {
+  const Table table = known();
+  for (const int threads : {1, 3}) {
+    Results r(table);
+    r.run({.threads = threads}, dir_ / fmt::format("{}.csv", threads));
+  }
+  const std::string whole = text(dir_ / "1.csv");
+  EXPECT_EQ(text(dir_ / "3.csv"), whole);
+
+  int calls = 0;
+  Table counting = table;
+  counting.run = [&](int row, int column, std::uint64_t seed) {
+    ++calls;
+    return table.run(row, column, seed);
+  };
+  std::ofstream(dir_ / "cut.csv") << whole.substr(0, whole.size() - 5);  // in the last line
+  Results cut = Results::read(counting, dir_ / "cut.csv");
+  cut.run({}, dir_ / "cut.csv");
+  EXPECT_EQ(calls, 1);
+  EXPECT_EQ(text(dir_ / "cut.csv"), whole);
+}
+
+TEST_F(TableFile, StopsWhenAskedAndGoesOn) {
+  const Table table = known();
+  std::stop_source stop;
+  Results first(table);
+  EXPECT_FALSE(first.run({.stop = stop.get_token(),
+                          .on_progress =
+                              [&](int done, int) {
+                                if (done >= 8) stop.request_stop();
+                              }},
+                         dir_ / "a.csv"));
+  Results second = Results::read(table, dir_ / "a.csv");
+  EXPECT_FALSE(second.values(0, 0).empty());
+  EXPECT_TRUE(second.run({}, dir_ / "a.csv"));
+  Results whole(table);
+  whole.run({}, dir_ / "b.csv");
+  EXPECT_EQ(text(dir_ / "a.csv"), text(dir_ / "b.csv"));
+}
+
+TEST_F(TableFile, RefusesForeignFilesByLine) {
+  const Table table = known();
+  const auto refused = [&](const std::string& content, const std::string& words) {
+    std::ofstream(dir_ / "x.csv") << content;
+    try {
+      Results::read(table, dir_ / "x.csv");
+      FAIL() << "accepted: " << content;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+    }
+  };
+  const std::string head = "# traceur reproduce known\nrow,column,seed,value,missed\n";
+  refused("# traceur reproduce table-7\n", "x.csv:1");
+  refused(head + "c,slow,1,3,0\n", "no row \"c\"");
+  refused(head + "a,medium,1,3,0\n", "no column \"medium\"");
+  refused(head + "a,slow,1,much,0\n", "x.csv:3");
+  refused(head + "a,slow,1\n", "5 fields");
+  EXPECT_THROW(Results::read(table, dir_ / "none.csv"), SystemError);
+}
+
+TEST(Tables, AreWholeAndPure) {
+  for (const Table& t : allTables()) {
+    SCOPED_TRACE(t.name);
+    EXPECT_EQ(&findTable(t.name), &t);
+    EXPECT_FALSE(t.protocol.empty());
+    for (const Column& c : t.columns) {
+      EXPECT_GT(c.seeds, 0);
+      EXPECT_GE(c.full, c.seeds);
+      EXPECT_TRUE(c.printed.empty() || c.printed.size() == t.rows.size()) << c.name;
+    }
+    for (const Ratio& r : t.ratios) {
+      EXPECT_LT(std::max(r.numerator, r.denominator), static_cast<int>(t.columns.size()));
+      EXPECT_TRUE(r.printed.empty() || r.printed.size() == t.rows.size()) << r.name;
+    }
+    // The last column is our default: fast enough for a test.
+    const int column = static_cast<int>(t.columns.size()) - 1;
+    const Outcome a = t.run(0, column, 3);
+    const Outcome b = t.run(0, column, 3);
+    EXPECT_EQ(a.value, b.value);
+    EXPECT_TRUE(std::isfinite(a.value));
+  }
+  EXPECT_THROW(findTable("table-99"), InputError);
+}
+
+}  // namespace
+}  // namespace traceur::reproduce
