@@ -95,7 +95,12 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
                          g.optimizer.save(), {});
     line.update(g.progress.evaluations, note(g.progress), "trials/s");
   };
-  return optim::minimise(problem, optimiser, options, start);
+  try {
+    return optim::minimise(problem, optimiser, options, start);
+  } catch (...) {
+    if (!run.state()) std::filesystem::remove(run.path());  // nothing half-written stays
+    throw;
+  }
 }
 
 bool violates(const TrialRow& row, const std::string& name) {

@@ -17,6 +17,8 @@ void addShow(CLI::App& program, int& exit_code);
 void addRender(CLI::App& program, int& exit_code);
 void addPlot(CLI::App& program, int& exit_code);
 void addInspect(CLI::App& program, int& exit_code);
+void addMinimise(CLI::App& program, int& exit_code);
+void addReproduce(CLI::App& program, int& exit_code);
 
 const std::vector<AddVerb>& allVerbs();
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <system_error>
 
 #include "traceur/core/error.h"
@@ -113,6 +115,22 @@ std::string Process::readLine() {
     finish();
     throw SystemError(fmt::format("{} ended (exit 0) though an answer was due", name_));
   }
+}
+
+bool Process::answersWithin(double seconds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (heard_.find('\n') == std::string::npos) {
+    const std::chrono::duration<double, std::milli> left = end - std::chrono::steady_clock::now();
+    pollfd wait{input_, POLLIN, 0};
+    const int ready = poll(&wait, 1, std::max(0, static_cast<int>(left.count())));
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready <= 0) return false;
+    char buffer[4096];
+    const ssize_t n = recv(input_, buffer, sizeof buffer, 0);
+    if (n <= 0) break;  // its end; readLine() says so
+    heard_.append(buffer, n);
+  }
+  return true;
 }
 
 std::string Process::finish() {

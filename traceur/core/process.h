@@ -32,6 +32,8 @@ class Process {
   /// Waits for the next line of a program that talks, without its end; "\r\n" ends one, too.
   /// @throws SystemError when the program ends first
   std::string readLine();
+  /// Whether a line, or the program's end, comes within so many seconds.
+  bool answersWithin(double seconds);
   /// @return what the program said on standard error though it succeeded
   std::string finish();
 

@@ -1,0 +1,57 @@
+#include "apps/cli/arguments.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "traceur/core/error.h"
+
+namespace traceur::cli {
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == at) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+double toNumber(const std::string& text, const std::string& where) {
+  size_t used = 0;
+  double value = NAN;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (text.empty() || used != text.size() || std::isnan(value)) {
+    throw InputError(fmt::format("{}: \"{}\" is not a number", where, text));
+  }
+  return value;
+}
+
+Eigen::VectorXd toTasks(const std::string& text, const std::string& where) {
+  constexpr double kMostTasks = 1000;  // more are a slip of the keyboard
+  const std::vector<std::string> parts = split(text, ':');
+  if (parts.size() != 3) {
+    throw InputError(fmt::format("{}: expected FIRST:LAST:COUNT, got \"{}\"", where, text));
+  }
+  const double first = toNumber(parts[0], where);
+  const double last = toNumber(parts[1], where);
+  const double count = toNumber(parts[2], where);
+  if (!(std::isfinite(first) && std::isfinite(last) && first < last)) {
+    throw InputError(
+        fmt::format("{}: expected FIRST below LAST, got {} and {}", where, first, last));
+  }
+  if (!(count >= 2 && count <= kMostTasks && count == std::floor(count))) {
+    throw InputError(
+        fmt::format("{}: expected a COUNT in [2, {}], got {}", where, kMostTasks, parts[2]));
+  }
+  return Eigen::VectorXd::LinSpaced(static_cast<Eigen::Index>(count), first, last);
+}
+
+}  // namespace traceur::cli

@@ -1,0 +1,20 @@
+// Words of a command line that stand for more than one number.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace traceur::cli {
+
+std::vector<std::string> split(const std::string& text, char at);
+
+/// @param where  begins the message: "--var x=0:one"
+/// @throws InputError unless the whole text is one number, which may be infinite but not NaN
+double toNumber(const std::string& text, const std::string& where);
+
+/// "FIRST:LAST:COUNT" as COUNT ≥ 2 values, evenly spaced and rising.
+/// @throws InputError for anything else
+Eigen::VectorXd toTasks(const std::string& text, const std::string& where);
+
+}  // namespace traceur::cli

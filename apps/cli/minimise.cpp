@@ -1,0 +1,274 @@
+// traceur minimise: search the arguments of a function that another program computes.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/arguments.h"
+#include "apps/cli/external_problem.h"
+#include "apps/cli/interrupt.h"
+#include "apps/cli/search.h"
+#include "apps/cli/verbs.h"
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+#include "traceur/optim/all.h"
+#include "traceur/optim/family.h"
+
+namespace traceur::cli {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Arguments {
+  std::vector<std::string> variables;
+  std::vector<std::string> constraints;
+  std::vector<std::string> command;
+  std::string tasks;
+  std::string curve = "linear";
+  std::string optimiser;
+  std::uint64_t seed = 1;
+  int budget = 10000;
+  int population = 0;
+  double step_size = 0.3;
+  double target = -kInfinity;
+  int threads = 0;
+  std::string out;
+  std::string experience;
+  bool resume = false;
+  bool quiet = false;
+  bool json = false;
+};
+
+/// NAME=MIN:MAX or NAME=MIN:MAX:START
+ParamSpec toVariable(const std::string& text) {
+  const std::string where = "--var " + text;
+  const size_t equals = text.find('=');
+  const std::vector<std::string> parts =
+      split(equals == std::string::npos ? "" : text.substr(equals + 1), ':');
+  if (equals == 0 || parts.size() < 2 || parts.size() > 3) {
+    throw InputError(fmt::format("{}: expected NAME=MIN:MAX or NAME=MIN:MAX:START", where));
+  }
+  ParamSpec p;
+  p.name = text.substr(0, equals);
+  p.min = toNumber(parts[0], where);
+  p.max = toNumber(parts[1], where);
+  if (!(p.min < p.max))
+    throw InputError(fmt::format("{}: {} is not below {}", where, p.min, p.max));
+  p.initial = parts.size() == 3                              ? toNumber(parts[2], where)
+              : std::isfinite(p.min) && std::isfinite(p.max) ? p.min + (p.max - p.min) / 2
+              : std::isfinite(p.min)                         ? p.min + 1
+              : std::isfinite(p.max)                         ? p.max - 1
+                                                             : 0;
+  if (!(p.initial >= p.min && p.initial <= p.max)) {
+    throw InputError(
+        fmt::format("{}: START {} is outside [{}, {}]", where, p.initial, p.min, p.max));
+  }
+  return p;
+}
+
+ExternalFunction toFunction(const Arguments& a) {
+  ExternalFunction f;
+  f.command = a.command;
+  for (const std::string& text : a.variables) f.variables.push_back(toVariable(text));
+  f.constraints = a.constraints;
+  std::vector<std::string> names;
+  for (const ParamSpec& p : f.variables) names.push_back(p.name);
+  for (const auto* list : {&names, &f.constraints}) {
+    std::vector<std::string> sorted = *list;
+    std::sort(sorted.begin(), sorted.end());
+    if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+        twice != sorted.end()) {
+      throw InputError(fmt::format("\"{}\" is named twice", *twice));
+    }
+  }
+  if (!a.tasks.empty()) f.tasks = toTasks(a.tasks, "--tasks");
+  return f;
+}
+
+std::unique_ptr<optim::Optimizer> makeOptimiser(const Arguments& a, const optim::Problem& problem,
+                                                const Eigen::VectorXd& x0) {
+  if (problem.tasks().size() > 0) {
+    return optim::findFamilyOptimizer(a.optimiser)
+        .make(problem, {.seed = a.seed,
+                        .control_points = a.curve == "cubic" ? 4 : 2,
+                        .lambda = a.population,
+                        .sigma = a.step_size,
+                        .x0 = x0});
+  }
+  return optim::findOptimizer(a.optimiser)
+      .make(problem, {.seed = a.seed, .lambda = a.population, .sigma = a.step_size, .x0 = x0});
+}
+
+RunFile::Meta toMeta(const Arguments& a, const ExternalFunction& f) {
+  std::string parameters;
+  for (const ParamSpec& p : f.variables) {
+    parameters += (parameters.empty() ? "" : ", ") + p.name;
+  }
+  return {{"verb", "minimise"},
+          {"traceur", TRACEUR_VERSION},
+          {"command", join(a.command, " ")},
+          {"variables", join(a.variables, ", ")},
+          {"parameters", parameters},
+          {"constraints", join(a.constraints)},
+          {"tasks", a.tasks},
+          {"curve", a.tasks.empty() ? "" : a.curve},
+          {"seed", fmt::format("{}", a.seed)},
+          {"budget", fmt::format("{}", a.budget)},
+          {"optimiser", a.optimiser},
+          {"experience", a.experience},
+          {"population", fmt::format("{}", a.population)},
+          {"step_size", fmt::format("{}", a.step_size)}};
+}
+
+nlohmann::ordered_json toJson(const ExternalFunction& f, const Eigen::VectorXd& x) {
+  nlohmann::ordered_json j;
+  for (size_t i = 0; i < f.variables.size(); ++i) {
+    j[f.variables[i].name] = x[static_cast<Eigen::Index>(i)];
+  }
+  return j;
+}
+
+void report(const Arguments& a, const ExternalFunction& f, const optim::Summary& summary,
+            const optim::Optimizer& optimiser, const std::string& out) {
+  const optim::Progress& p = summary.progress;
+  nlohmann::ordered_json j;
+  if (const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(&optimiser)) {
+    const std::optional<optim::Family> best = family->best();
+    if (best) {
+      j["best_cost"] = best->cost;
+      const Eigen::VectorXd& tasks = f.tasks;
+      for (Eigen::Index i = 0; i < tasks.size(); ++i) {
+        const double w =
+            tasks.size() == 1 ? 0 : (tasks[i] - tasks[0]) / (tasks.tail(1)[0] - tasks[0]);
+        j["tasks"].push_back({{"task", tasks[i]},
+                              {"cost", best->task_costs[i]},
+                              {"x", toJson(f, best->curve.at(w))}});
+      }
+    }
+  } else {
+    j["best_cost"] = p.best->evaluation.cost;
+    j["feasible"] = p.best->evaluation.feasible();
+    j["x"] = toJson(f, p.best->x);
+  }
+  j["evaluations"] = p.evaluations;
+  j["failed"] = p.failed;
+  j["stop"] = summary.stop.reason;
+  j["stop_value"] = summary.stop.value;
+  j["stop_limit"] = summary.stop.limit;
+  j["run"] = out;
+  if (a.json) {
+    fmt::print("{}\n", j.dump(2));
+    return;
+  }
+  if (a.quiet) return;
+  if (j.contains("x")) {
+    for (const auto& [name, value] : j["x"].items()) fmt::print("{:<16} {}\n", name, value.dump());
+  }
+  if (j.contains("tasks")) {
+    for (const auto& task : j["tasks"]) {
+      fmt::print("task {:<8g} cost {:<12.5g}", task["task"].get<double>(),
+                 task["cost"].get<double>());
+      for (const auto& [name, value] : task["x"].items()) {
+        fmt::print("  {} {:.6g}", name, value.get<double>());
+      }
+      fmt::print("\n");
+    }
+  }
+  fmt::print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n",
+             j.value("best_cost", NAN), j.value("feasible", true) ? "" : " (violates a constraint)",
+             p.evaluations, p.failed, words(summary.stop), out);
+}
+
+int minimise(const Arguments& arguments) {
+  Arguments a = arguments;
+  Interrupt interrupt;  // before any other thread
+  const ExternalFunction function = toFunction(a);
+  if (a.optimiser.empty()) a.optimiser = function.tasks.size() > 0 ? "contextual" : "cma-c";
+  const ExternalProblem problem(function);
+  Eigen::VectorXd x0(function.variables.size());
+  for (size_t i = 0; i < function.variables.size(); ++i) {
+    x0[static_cast<Eigen::Index>(i)] = function.variables[i].initial;
+  }
+  const auto optimiser = makeOptimiser(a, problem, x0);
+  const std::string out = a.out.empty() ? fmt::format("runs/minimise-seed{}.run", a.seed) : a.out;
+  RunFile run = openRun(out, toMeta(a, function), a.resume);
+  const optim::Summary summary = search(run, problem, *optimiser,
+                                        {.title = a.optimiser,
+                                         .threads = a.threads,
+                                         .budget = a.budget,
+                                         .target = a.target,
+                                         .stop = interrupt.token(),
+                                         .quiet = a.quiet || a.json});
+  run.setMeta({{"stop", words(summary.stop)}});
+  if (!summary.progress.best) {
+    throw InputError(fmt::format("no trial gave a cost: {} of {} failed, ended: {}",
+                                 summary.progress.failed, summary.progress.evaluations,
+                                 words(summary.stop)));
+  }
+  report(a, function, summary, *optimiser, out);
+  if (summary.end != optim::End::kInterrupted) return kDone;
+  fmt::print(stderr, "stopped; the same command with --resume goes on\n");
+  return kInterrupted;
+}
+
+}  // namespace
+
+void addMinimise(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = program.add_subcommand(
+      "minimise", "Search the arguments of a function that your own program computes.");
+  std::vector<std::string> names;
+  for (const auto& o : optim::allOptimizers()) names.push_back(o.name);
+  std::vector<std::string> family_names;
+  for (const auto& o : optim::allFamilyOptimizers()) family_names.push_back(o.name);
+  verb->add_option(
+          "COMMAND", a->command,
+          "Program and arguments, after --. It reads a line of values, one for each --var, "
+          "and answers with a line, flushed: the cost, then the names of violated constraints; or "
+          "\"failed\"")
+      ->required();
+  verb->add_option("--var", a->variables,
+                   "NAME=MIN:MAX or NAME=MIN:MAX:START; bounds may be -inf, inf. One for each")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  verb->add_option("--constraint", a->constraints, "A name the command may answer. One for each")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  verb->add_option("--tasks", a->tasks,
+                   "FIRST:LAST:COUNT: the command answers with a cost for each of so many tasks, "
+                   "and a curve of values is sought");
+  verb->add_option("--curve", a->curve, "With --tasks: linear or cubic")
+      ->check(CLI::IsMember({"linear", "cubic"}))
+      ->capture_default_str();
+  verb->add_option("--optimiser", a->optimiser,
+                   fmt::format("{}; with --tasks: {}", join(names), join(family_names)));
+  verb->add_option("--budget", a->budget, "Trials in all; the last generation is finished")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
+  verb->add_option("--target", a->target, "Stop at a cost this low");
+  verb->add_option("--population", a->population, "Trials per generation; 0: the default")
+      ->check(CLI::Range(0, 100'000));
+  verb->add_option("--step-size", a->step_size,
+                   "First standard deviation, as a fraction of each range")
+      ->check(CLI::Range(1e-12, 1e12))
+      ->capture_default_str();
+  verb->add_option("--seed", a->seed, "Equal seeds give equal runs")->capture_default_str();
+  verb->add_option("--threads", a->threads,
+                   "Commands at once; 0: one for each processor; changes no result")
+      ->check(CLI::Range(0, 1024));
+  verb->add_option("--experience", a->experience,
+                   "A run file whose trials teach cma-c where constraints are violated");
+  verb->add_option("--out", a->out, "Run file; default: runs/minimise-seedN.run");
+  verb->add_flag("--resume", a->resume, "Go on with the run file if it is there");
+  verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  verb->add_flag("--json", a->json, "Print one JSON object at the end");
+  verb->footer(
+      "Examples:\n"
+      "  traceur minimise --var x=-2:2 --var y=-2:2 --constraint outside -- "
+      "python3 examples/disc.py\n"
+      "  traceur minimise --var gain=0:10:1 --var delay=0:0.1 --constraint fell -- ./simulate.py");
+  verb->callback([a, &exit_code] { exit_code = minimise(*a); });
+}
+
+}  // namespace traceur::cli

@@ -1,0 +1,212 @@
+// traceur reproduce: run a published table again and print it beside the original.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/interrupt.h"
+#include "apps/cli/progress.h"
+#include "apps/cli/verbs.h"
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+#include "traceur/reproduce/table.h"
+
+namespace traceur::cli {
+namespace {
+
+using namespace reproduce;
+
+struct Arguments {
+  std::string name;
+  int seeds = 0;
+  bool full = false;
+  std::uint64_t first_seed = 1;
+  int threads = 0;
+  std::string out;
+  bool no_run = false;
+  bool json = false;
+  bool markdown = false;
+  bool quiet = false;
+};
+
+/// Four significant digits, or a dash for what is not there.
+std::string number(double x) {
+  return std::isnan(x) ? "-" : fmt::format("{:.4g}", x);
+}
+
+std::string range(const Interval& i) {
+  return fmt::format("[{:.3g}, {:.3g}]", i.low, i.high);
+}
+
+nlohmann::ordered_json toJson(double x) {
+  return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x);
+}
+
+nlohmann::ordered_json toJson(const RatioSummary& r) {
+  return {{"ratio", toJson(r.value)},
+          {"low", r.interval.low},
+          {"high", r.interval.high},
+          {"paper", toJson(r.printed)}};
+}
+
+std::string asJson(const Table& t, const Summary& s) {
+  nlohmann::ordered_json j{{"table", t.name}, {"title", t.title}, {"protocol", t.protocol}};
+  for (size_t r = 0; r < t.rows.size(); ++r) {
+    nlohmann::ordered_json row{{"row", t.rows[r].name}, {"quantity", t.rows[r].quantity}};
+    for (size_t c = 0; c < t.columns.size(); ++c) {
+      const CellSummary& cell = s.cells[r][c];
+      row["columns"][t.columns[c].name] = {{"paper", toJson(cell.printed)},
+                                           {"ours", cell.runs ? toJson(cell.value) : nullptr},
+                                           {"low", cell.interval.low},
+                                           {"high", cell.interval.high},
+                                           {"runs", cell.runs},
+                                           {"missed", cell.missed}};
+    }
+    for (size_t i = 0; i < t.ratios.size(); ++i) {
+      row["ratios"][t.ratios[i].name] = toJson(s.ratios[r][i]);
+    }
+    j["rows"].push_back(std::move(row));
+  }
+  for (const Summary::Group& g : s.groups) {
+    nlohmann::ordered_json group{{"group", g.name}, {"rows", g.rows}};
+    for (size_t i = 0; i < t.ratios.size(); ++i) {
+      group["geometric_mean_ratios"][t.ratios[i].name] = toJson(g.ratios[i]);
+    }
+    j["groups"].push_back(std::move(group));
+  }
+  return j.dump(2);
+}
+
+std::string asText(const Table& t, const Summary& s) {
+  std::string text = fmt::format("{}: {}\n{}\n\n", t.name, t.title, t.protocol);
+  const auto line = [&text](const std::string& what, double paper, double ours,
+                            const Interval& interval, const std::string& missed) {
+    text += fmt::format("  {:<44} {:>8} {:>9}  {:<20} {}\n", what, number(paper), number(ours),
+                        std::isnan(ours) ? "" : range(interval), missed);
+  };
+  for (size_t r = 0; r < t.rows.size(); ++r) {
+    text += fmt::format("{:<46} {:>8} {:>9}  {:<20} {}\n",
+                        fmt::format("{} ({})", t.rows[r].name, t.rows[r].quantity), "paper", "ours",
+                        "95 %", "missed");
+    for (size_t c = 0; c < t.columns.size(); ++c) {
+      const CellSummary& cell = s.cells[r][c];
+      line(t.columns[c].name, cell.printed, cell.runs ? cell.value : kNotPrinted, cell.interval,
+           cell.runs ? fmt::format("{}/{}", cell.missed, cell.runs) : "");
+    }
+    for (size_t i = 0; i < t.ratios.size(); ++i) {
+      const RatioSummary& ratio = s.ratios[r][i];
+      line(t.ratios[i].name, ratio.printed, ratio.value, ratio.interval, "");
+    }
+  }
+  for (const Summary::Group& g : s.groups) {
+    text +=
+        fmt::format("{}, geometric mean over {} rows\n", g.name.empty() ? "all" : g.name, g.rows);
+    for (size_t i = 0; i < t.ratios.size(); ++i) {
+      const RatioSummary& ratio = g.ratios[i];
+      line(t.ratios[i].name, ratio.printed, ratio.value, ratio.interval, "");
+    }
+  }
+  return text;
+}
+
+std::string asMarkdown(const Table& t, const Summary& s) {
+  std::string text = fmt::format("## {}\n\n{}\n\n{}\n\n| |", t.name, t.title, t.protocol);
+  for (const Column& c : t.columns) text += fmt::format(" {} |", c.name);
+  for (const Ratio& r : t.ratios) text += fmt::format(" {} |", r.name);
+  text += "\n|---|";
+  for (size_t i = 0; i < t.columns.size() + t.ratios.size(); ++i) text += "---|";
+  const auto printed = [](double x) {
+    return std::isnan(x) ? std::string() : fmt::format("{:.4g} → ", x);
+  };
+  for (size_t r = 0; r < t.rows.size(); ++r) {
+    text += fmt::format("\n| {} ({}) |", t.rows[r].name, t.rows[r].quantity);
+    for (const CellSummary& cell : s.cells[r]) {
+      text += cell.runs == 0
+                  ? std::string(" |")
+                  : fmt::format(" {}**{:.4g}** {}{} |", printed(cell.printed), cell.value,
+                                range(cell.interval),
+                                cell.missed ? fmt::format(", {}/{} missed", cell.missed, cell.runs)
+                                            : fmt::format(", {} runs", cell.runs));
+    }
+    for (const RatioSummary& ratio : s.ratios[r]) {
+      text += std::isnan(ratio.value) ? std::string(" |")
+                                      : fmt::format(" {}**{:.3g}** {} |", printed(ratio.printed),
+                                                    ratio.value, range(ratio.interval));
+    }
+  }
+  for (const Summary::Group& g : s.groups) {
+    text += fmt::format("\n| {}geometric mean |", g.name.empty() ? "" : g.name + ", ");
+    for (size_t c = 0; c < t.columns.size(); ++c) text += " |";
+    for (const RatioSummary& ratio : g.ratios) {
+      text += std::isnan(ratio.value) ? std::string(" |")
+                                      : fmt::format(" {}**{:.3g}** {} |", printed(ratio.printed),
+                                                    ratio.value, range(ratio.interval));
+    }
+  }
+  return text + "\n";
+}
+
+int reproduceTable(const Arguments& a) {
+  const Table& table = findTable(a.name);
+  const std::string out = a.out.empty() ? fmt::format("runs/{}.csv", table.name) : a.out;
+  Interrupt interrupt;  // before any other thread
+  Results results(table);
+  if (a.no_run || std::filesystem::exists(out)) results = Results::read(table, out);
+  bool whole = true;
+  if (!a.no_run) {
+    std::optional<ProgressLine> line;
+    whole = results.run({.first_seed = a.first_seed,
+                         .seeds = a.full ? -1 : a.seeds,
+                         .threads = a.threads,
+                         .stop = interrupt.token(),
+                         .on_progress =
+                             [&](int done, int total) {
+                               if (!line) line.emplace(table.name, total, done, a.quiet);
+                               line->update(done, "", "runs/s");
+                             }},
+                        out);
+  }
+  if (!whole) {
+    fmt::print(stderr, "stopped; the same command goes on with {}\n", out);
+    return kInterrupted;
+  }
+  const Summary summary = summarise(results);
+  fmt::print("{}", a.json       ? asJson(table, summary) + "\n"
+                   : a.markdown ? asMarkdown(table, summary)
+                                : asText(table, summary));
+  if (!a.quiet && !a.no_run) fmt::print(stderr, "every run: {}\n", out);
+  return kDone;
+}
+
+}  // namespace
+
+void addReproduce(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = program.add_subcommand(
+      "reproduce", "Run a published table again; print the paper's numbers beside ours.");
+  std::vector<std::string> names;
+  for (const Table& t : allTables()) names.push_back(t.name);
+  verb->add_option("TABLE", a->name, "One of: " + join(names))->required();
+  auto* seeds = verb->add_option("--seeds", a->seeds, "Runs of each cell; default: minutes in all")
+                    ->check(CLI::Range(1, 100'000));
+  verb->add_flag("--full", a->full, "As many runs as the committed results have")->excludes(seeds);
+  verb->add_option("--seed", a->first_seed, "The first seed")->capture_default_str();
+  verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
+      ->check(CLI::Range(0, 1024));
+  verb->add_option("--out", a->out,
+                   "CSV of every run; runs it already has are not made again. Default: "
+                   "runs/TABLE.csv");
+  verb->add_flag("--no-run", a->no_run, "Only sum up what the CSV has");
+  auto* json = verb->add_flag("--json", a->json, "Print one JSON object");
+  verb->add_flag("--markdown", a->markdown, "Print a Markdown section")->excludes(json);
+  verb->add_flag("--quiet", a->quiet, "No progress");
+  verb->footer(
+      "Examples:\n"
+      "  traceur reproduce table-7\n"
+      "  traceur reproduce table-11 --seeds 30 --out table-11.csv     # Ctrl-C, then again: goes "
+      "on\n"
+      "  traceur reproduce table-11 --no-run --out docs/reproduction/table-11.csv");
+  verb->callback([a, &exit_code] { exit_code = reproduceTable(*a); });
+}
+
+}  // namespace traceur::cli
