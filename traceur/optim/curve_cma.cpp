@@ -1,0 +1,478 @@
+#include "traceur/optim/curve_cma.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "traceur/core/error.h"
+#include "traceur/core/hash.h"
+#include "traceur/core/random.h"
+#include "traceur/optim/start.h"
+#include "traceur/optim/state.h"
+#include "traceur/optim/task_positions.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::string_view kKind = "curve";
+constexpr std::uint64_t kStateVersion = 1;
+
+/// A success multiplies σ by this [Ha2015, Eq. 44].
+const double kGrowth = std::exp(1.0 / 3);
+/// A fit that moves the control points by less than this, in units of scale, has found nothing new:
+/// the 1e-10 of the dissertation's runs.
+constexpr double kUnmoved = 1e-10;
+/// A typing error rather than a number of samples, elites or groups.
+constexpr int kMany = 1'000'000;
+
+template <typename... Args>
+[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
+  throw InputError("curve: " + fmt::format(format, std::forward<Args>(args)...));
+}
+
+void checkCount(std::string_view name, int value) {
+  if (value < 1 || value > kMany) refuse("expected {} in [1, {}], got {}", name, kMany, value);
+}
+
+/// Checks what a caller gave and fills in what was left to its default.
+CurveCmaOptions complete(CurveCmaOptions o) {
+  const int n = static_cast<int>(o.x0.size());
+  if (n == 0) refuse("expected x0 of at least one variable, got none");
+  for (int i = 0; i < n; ++i) {
+    if (!std::isfinite(o.x0[i])) refuse("x0[{}] is {}", i, o.x0[i]);
+  }
+  if (!(o.sigma > 0 && std::isfinite(o.sigma))) {
+    refuse("expected a finite sigma > 0, got {}", o.sigma);
+  }
+  if (o.scale.size() == 0) o.scale = VectorXd::Ones(n);
+  if (o.scale.size() != n) refuse("expected scale({}) as x0, got scale({})", n, o.scale.size());
+  for (int i = 0; i < n; ++i) {
+    if (!(o.scale[i] > 0 && std::isfinite(o.scale[i]))) {
+      refuse("expected a finite scale[{}] > 0, got {}", i, o.scale[i]);
+    }
+  }
+  if (o.lower.size() == 0) o.lower = VectorXd::Constant(n, -kInfinity);
+  if (o.upper.size() == 0) o.upper = VectorXd::Constant(n, kInfinity);
+  checkBounds(kKind, o.lower, o.upper, n);
+  for (int i = 0; i < n; ++i) {
+    if (!(o.lower[i] <= o.x0[i] && o.x0[i] <= o.upper[i])) {
+      refuse("x0[{}] = {} is outside [{}, {}]", i, o.x0[i], o.lower[i], o.upper[i]);
+    }
+  }
+  checkCount("control_points", o.control_points);
+  checkCount("lambda", o.lambda);
+  checkCount("elites", o.elites);
+  checkCount("groups", o.groups);
+  checkCount("tolallfailed", std::min(o.tolallfailed, kMany));
+  for (const auto& [name, value] :
+       {std::pair("alpha", o.alpha), std::pair("tolx", o.tolx), std::pair("tolxup", o.tolxup),
+        std::pair("c_cov_offset", o.c_cov_offset)}) {
+    if (!(value >= 0)) refuse("expected {} ≥ 0, got {}", name, value);
+  }
+  if (!(o.failure_exponent > 0 && std::isfinite(o.failure_exponent))) {
+    refuse("expected a finite failure_exponent > 0, got {}", o.failure_exponent);
+  }
+  return o;
+}
+
+std::span<const double> numbers(const auto& m) {
+  return {m.data(), static_cast<size_t>(m.size())};
+}
+std::span<double> numbers(auto& m) {
+  return {m.data(), static_cast<size_t>(m.size())};
+}
+
+bool meaningful(double cost) {
+  return cost < kInfinity;  // false for NaN too
+}
+
+}  // namespace
+
+CurveCmaOptions table11CurveCma() {
+  CurveCmaOptions o;
+  o.sigma = 1;
+  o.groups = 64;
+  o.step_size = StepSize::kVariance;
+  o.fit_error = FitError::kStandardErrors;
+  o.normalised_steps = false;
+  o.c_cov_offset = 2;
+  o.fresh_success_rate = false;
+  o.best_group_first = true;
+  o.pool_first_curve = true;
+  return o;
+}
+
+CurveCma::CurveCma(CurveCmaOptions options)
+    : options_(complete(std::move(options))),
+      constants_(successConstants(n())),
+      bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
+      w_(taskPositions(kKind, options_.tasks)) {
+  constants_.c_cov = 2 / (static_cast<double>(n()) * n() + options_.c_cov_offset);
+  const int K = std::min(options_.control_points, M());
+  basis_.resize(M(), K);
+  for (int i = 0; i < M(); ++i) basis_.row(i) = bernstein(K, w_[i]).transpose();
+  const MatrixXd inverse = basis_.completeOrthogonalDecomposition().pseudoInverse();
+  fit_ = inverse.transpose();
+  residual_ = MatrixXd::Identity(M(), M()) - fit_ * basis_.transpose();
+  if (M() > K) {
+    MatrixXd X = basis_;
+    if (K == 2) X.col(0).setOnes();  // x = p_1 + (p_2 - p_1) w
+    const MatrixXd X_inverse = X.completeOrthogonalDecomposition().pseudoInverse();
+    // (XᵀX)⁻¹ = X⁺ X⁺ᵀ
+    standard_error_ = X_inverse.rowwise().norm().sum() / std::sqrt(M() - K);
+  }
+
+  CurveCmaState& s = state_;
+  s.points = options_.x0.replicate(1, K);
+  s.proposed = s.points;
+  s.cost = kInfinity;
+  s.task_costs = VectorXd::Constant(M(), kNaN);
+  s.sigma =
+      options_.step_size == StepSize::kVariance ? options_.sigma * options_.sigma : options_.sigma;
+  s.p_success = constants_.p_target;
+  s.shapes.assign(M(), SuccessCovariance(n()));
+  s.elites.resize(M());
+  costs_ = MatrixXd::Constant(M(), count(), kNaN);
+  told_.assign(count(), false);
+}
+
+double CurveCma::deviation() const {
+  return options_.step_size == StepSize::kVariance ? std::sqrt(state_.sigma) : state_.sigma;
+}
+
+VectorXd CurveCma::pointAt(const MatrixXd& points, int task) const {
+  // As Curve::at() has it, to the bit.
+  const VectorXd x = points * bernstein(static_cast<int>(points.cols()), w_[task]);
+  // Of control points on a bound the sum may round to a point beyond it.
+  return x.cwiseMax(options_.lower).cwiseMin(options_.upper);
+}
+
+std::vector<Candidate> CurveCma::ask() {
+  if (!drawn_) draw();
+  std::vector<Candidate> candidates;
+  candidates.reserve(count() - told_count_);
+  for (int k = 0; k < count(); ++k) {
+    if (!told_[k]) candidates.push_back({state_.first_id + k, X_.col(k)});
+  }
+  return candidates;
+}
+
+void CurveCma::draw() {
+  X_.resize(n(), count());
+  if (state_.measuring) {
+    for (int i = 0; i < M(); ++i) X_.col(i) = pointAt(state_.proposed, i);
+  } else {
+    VectorXd z(n());
+    for (int k = 0; k < count(); ++k) {
+      Random random(options_.seed, state_.generation, k);
+      const int task = static_cast<int>(random.below(M()));
+      for (double& value : z) value = random.normal();
+      const VectorXd y = state_.shapes[task].L.triangularView<Eigen::Lower>() * z;
+      const VectorXd mean = pointAt(state_.points, task);
+      for (int i = 0; i < n(); ++i) {
+        X_(i, k) =
+            bounds_.fold(i, bounds_.unfold(i, mean[i]) + deviation() * options_.scale[i] * y[i]);
+      }
+    }
+  }
+  drawn_ = true;
+}
+
+void CurveCma::tell(std::uint64_t id, const Evaluation& evaluation) {
+  if (id < state_.first_id || id - state_.first_id >= told_.size()) {
+    refuse("no candidate {} in generation {}, which has {} to {}", id, state_.generation,
+           state_.first_id, state_.first_id + told_.size() - 1);
+  }
+  const auto k = static_cast<int>(id - state_.first_id);
+  if (told_[k]) refuse("candidate {} has been told already", id);
+  if (!evaluation.failed) {
+    if (static_cast<int>(evaluation.task_costs.size()) != M()) {
+      refuse("expected a trial's costs of {} tasks, got {}", M(), evaluation.task_costs.size());
+    }
+    for (int i = 0; i < M(); ++i) {
+      if (meaningful(evaluation.task_costs[i])) costs_(i, k) = evaluation.task_costs[i];
+    }
+  }
+  told_[k] = true;
+  if (++told_count_ == count()) update();
+}
+
+void CurveCma::update() {
+  if (!drawn_) draw();  // restored, and told without being asked
+  const int told = count();
+  if (state_.measuring) {
+    learnCurve();
+  } else {
+    learnSamples();
+  }
+  ++state_.generation;
+  state_.first_id += told;
+  findStop();
+  costs_ = MatrixXd::Constant(M(), count(), kNaN);
+  told_.assign(count(), false);
+  told_count_ = 0;
+  drawn_ = false;
+}
+
+void CurveCma::remember(int candidate) {
+  for (int i = 0; i < M(); ++i) {
+    const double cost = costs_(i, candidate);
+    if (!meaningful(cost)) continue;
+    auto& elites = state_.elites[i];
+    const auto place = std::upper_bound(elites.begin(), elites.end(), cost,
+                                        [](double c, const auto& elite) { return c < elite.cost; });
+    elites.insert(place, {cost, X_.col(candidate)});
+    if (static_cast<int>(elites.size()) > options_.elites) elites.pop_back();
+  }
+}
+
+void CurveCma::learnCurve() {
+  CurveCmaState& s = state_;
+  const VectorXd task_costs = costs_.diagonal();
+  double cost = kInfinity;
+  if (std::all_of(task_costs.begin(), task_costs.end(), meaningful)) cost = task_costs.mean();
+  if (!meaningful(cost)) cost = kInfinity;
+  s.measuring = false;
+
+  const bool first = !s.measured;
+  if (first && options_.pool_first_curve) {
+    for (int i = 0; i < M(); ++i) remember(i);
+  }
+  if (!first) judge(cost < s.cost);
+  if (first || cost < s.cost) {
+    s.points = s.proposed;
+    s.cost = cost;
+    s.task_costs = task_costs;
+  }
+  s.measured = true;
+}
+
+void CurveCma::learnSamples() {
+  CurveCmaState& s = state_;
+  for (int k = 0; k < count(); ++k) remember(k);
+  const bool nothing = costs_.array().isNaN().all();
+  const bool blind = std::any_of(s.elites.begin(), s.elites.end(),
+                                 [](const auto& elites) { return elites.empty(); });
+  s.all_failed = nothing || blind ? s.all_failed + 1 : 0;
+  if (blind) return;
+
+  s.proposed = bestGroup() * fit_;
+  intoBox(s.proposed);
+  const MatrixXd moved = options_.scale.cwiseInverse().asDiagonal() * (s.proposed - s.points);
+  if (moved.norm() < kUnmoved) {
+    judge(false);
+  } else {
+    s.measuring = true;
+  }
+}
+
+/// The end of an iteration: step size, success rate, and on success every task's shape.
+void CurveCma::judge(bool success) {
+  CurveCmaState& s = state_;
+  const double updated = updateSuccessRate(constants_, s.p_success, success);
+  if (success) {
+    const double p = options_.fresh_success_rate ? updated : s.p_success;
+    const double unit = options_.normalised_steps ? deviation() : options_.sigma;
+    for (int i = 0; i < M(); ++i) {
+      const VectorXd step = pointAt(s.proposed, i) - pointAt(s.points, i);
+      s.shapes[i].learn(constants_, step.cwiseQuotient(options_.scale) / unit, p);
+    }
+  }
+  s.p_success = updated;
+  s.sigma *= success ? kGrowth : std::pow(kGrowth, -options_.failure_exponent);
+}
+
+/// (n x M) the least costly of the groups tried, the first of equals.
+MatrixXd CurveCma::bestGroup() const {
+  Random random(options_.seed, state_.generation, options_.lambda);  // no sample has this number
+  MatrixXd group(n(), M());
+  MatrixXd best(n(), M());
+  double least = kInfinity;
+  for (int g = 0; g < options_.groups; ++g) {
+    double cost = 0;
+    for (int i = 0; i < M(); ++i) {
+      const auto& elites = state_.elites[i];
+      const bool top = g == 0 && options_.best_group_first;
+      const auto& elite = elites[top ? 0 : random.below(elites.size())];
+      cost += elite.cost;
+      group.col(i) = elite.x;
+    }
+    cost += options_.alpha * fitError(group);
+    if (g == 0 || cost < least) {
+      best = group;
+      least = cost;
+    }
+  }
+  return best;
+}
+
+double CurveCma::fitError(const MatrixXd& group) const {
+  const MatrixXd left = options_.scale.cwiseInverse().asDiagonal() * (group * residual_);
+  return options_.fit_error == FitError::kDistances ? left.colwise().norm().sum()
+                                                    : left.rowwise().norm().sum() * standard_error_;
+}
+
+void CurveCma::intoBox(MatrixXd& points) const {
+  const MatrixXd at = points * basis_.transpose();
+  for (int j = 0; j < n(); ++j) {
+    const double l = options_.lower[j];
+    const double u = options_.upper[j];
+    if (at.row(j).minCoeff() >= l && at.row(j).maxCoeff() <= u) continue;
+    points.row(j) = points.row(j).cwiseMax(l).cwiseMin(u);
+  }
+}
+
+void CurveCma::findStop() {
+  CurveCmaState& s = state_;
+  s.stop.reset();
+  if (s.all_failed >= options_.tolallfailed) {
+    s.stop = Stop{"tolallfailed", static_cast<double>(s.all_failed),
+                  static_cast<double>(options_.tolallfailed)};
+    return;
+  }
+  double widest = 0;
+  for (const SuccessCovariance& shape : s.shapes) {
+    for (int j = 0; j < n(); ++j) widest = std::max(widest, shape.L.row(j).head(j + 1).norm());
+  }
+  widest *= deviation() / options_.sigma;
+  if (widest < options_.tolx) s.stop = Stop{"tolx", widest, options_.tolx};
+  if (!(widest <= options_.tolxup)) s.stop = Stop{"tolxup", widest, options_.tolxup};
+}
+
+std::optional<Family> CurveCma::best() const {
+  if (!meaningful(state_.cost)) return std::nullopt;
+  Family family;
+  family.curve.points = state_.points;
+  family.cost = state_.cost;
+  family.task_costs.assign(state_.task_costs.begin(), state_.task_costs.end());
+  return family;
+}
+
+std::uint64_t CurveCma::fingerprint() const {
+  StateWriter w("options", kStateVersion);
+  const CurveCmaOptions& o = options_;
+  for (const VectorXd* v : {&o.x0, &o.tasks, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
+  for (const double v : {o.sigma, o.alpha, o.failure_exponent, o.c_cov_offset, o.tolx, o.tolxup}) {
+    w.real(v);
+  }
+  for (const int v :
+       {o.control_points, o.lambda, o.elites, o.groups, static_cast<int>(o.step_size),
+        static_cast<int>(o.fit_error), int{o.normalised_steps}, int{o.fresh_success_rate},
+        int{o.best_group_first}, int{o.pool_first_curve}, o.tolallfailed}) {
+    w.integer(v);
+  }
+  w.integer(o.seed);
+  Hash hash;
+  hash.add(w.finish());
+  return hash.value();
+}
+
+std::string CurveCma::save() const {
+  const CurveCmaState& s = state_;
+  StateWriter w(kKind, kStateVersion);
+  w.integer(fingerprint());
+  w.integer(s.generation);
+  w.integer(s.first_id);
+  w.integer(s.measuring);
+  w.integer(s.measured);
+  w.reals(numbers(s.points));
+  w.reals(numbers(s.proposed));
+  w.real(s.cost);
+  w.reals(numbers(s.task_costs));
+  w.real(s.sigma);
+  w.real(s.p_success);
+  for (const SuccessCovariance& shape : s.shapes) {
+    w.reals(numbers(shape.p_c));
+    w.reals(numbers(shape.L));
+  }
+  for (const auto& elites : s.elites) {
+    w.integer(elites.size());
+    for (const auto& elite : elites) {
+      w.real(elite.cost);
+      w.reals(numbers(elite.x));
+    }
+  }
+  w.integer(s.all_failed);
+  w.integer(s.stop.has_value());
+  if (s.stop) {
+    w.text(s.stop->reason);
+    w.real(s.stop->value);
+    w.real(s.stop->limit);
+  }
+  for (int k = 0; k < count(); ++k) w.integer(told_[k]);
+  w.reals(numbers(costs_));
+  return w.finish();
+}
+
+void CurveCma::restore(std::string_view text) {
+  StateReader r(text, kKind, kStateVersion);
+  if (r.integer() != fingerprint()) {
+    refuse("cannot restore a state saved under other options (seed, x0, sigma, bounds, tasks …)");
+  }
+  CurveCmaState s = state_;
+  s.generation = r.integer();
+  s.first_id = r.integer();
+  s.measuring = r.integer() != 0;
+  s.measured = r.integer() != 0;
+  r.reals(numbers(s.points));
+  r.reals(numbers(s.proposed));
+  s.cost = r.real();
+  r.reals(numbers(s.task_costs));
+  s.sigma = r.real();
+  s.p_success = r.real();
+  for (SuccessCovariance& shape : s.shapes) {
+    r.reals(numbers(shape.p_c));
+    r.reals(numbers(shape.L));
+  }
+  for (auto& elites : s.elites) {
+    elites.clear();
+    for (std::uint64_t left = r.integer(); left > 0; --left) {
+      const double cost = r.real();
+      VectorXd x(n());
+      r.reals(numbers(x));
+      elites.push_back({cost, std::move(x)});
+    }
+  }
+  s.all_failed = static_cast<int>(r.integer());
+  s.stop.reset();
+  if (r.integer() != 0) {
+    s.stop.emplace();
+    s.stop->reason = r.text();
+    s.stop->value = r.real();
+    s.stop->limit = r.real();
+  }
+  const int size = s.measuring ? M() : options_.lambda;
+  std::vector<bool> told(size);
+  for (int k = 0; k < size; ++k) told[k] = r.integer() != 0;
+  MatrixXd costs(M(), size);
+  r.reals(numbers(costs));
+  r.finish();
+
+  state_ = std::move(s);
+  costs_ = std::move(costs);
+  told_ = std::move(told);
+  told_count_ = static_cast<int>(std::count(told_.begin(), told_.end(), true));
+  drawn_ = false;
+}
+
+std::unique_ptr<FamilyOptimizer> makeCurveCma(const Problem& problem,
+                                              const FamilyOptions& options) {
+  Start start = startOf(problem, options.x0);
+  CurveCmaOptions o;
+  o.x0 = std::move(start.x0);
+  o.tasks = problem.tasks();
+  o.sigma = options.sigma;
+  o.scale = std::move(start.scale);
+  o.lower = problem.lower();
+  o.upper = problem.upper();
+  o.control_points = options.control_points;
+  o.seed = options.seed;
+  if (options.lambda != 0) o.lambda = options.lambda;
+  return std::make_unique<CurveCma>(std::move(o));
+}
+
+}  // namespace traceur::optim

@@ -1,0 +1,280 @@
+#include "traceur/optim/curve_cma.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "traceur/core/error.h"
+#include "traceur/optim/minimise.h"
+#include "traceur/optim/segment_problem.h"
+#include "traceur/optim/task_positions.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// c(w) from (-0.3, 0.2, …) to (0.4, 0.2, …), tasks 0, 1/5, …, 1.
+SegmentProblem line(int n, double low = -kInf, double high = kInf) {
+  return {VectorXd::Constant(n, low), VectorXd::Constant(n, high), VectorXd::LinSpaced(6, 0, 1),
+          [n](double w) {
+            VectorXd c = VectorXd::Constant(n, 0.2);
+            c[0] = -0.3 + 0.7 * w;
+            return c;
+          }};
+}
+
+CurveCmaOptions optionsFor(const Problem& problem) {
+  CurveCmaOptions o;
+  o.x0 = VectorXd::Zero(problem.dimension());
+  o.tasks = problem.tasks();
+  o.lower = problem.lower();
+  o.upper = problem.upper();
+  return o;
+}
+
+void tellAll(CurveCma& curve, const Problem& problem, bool backwards = false) {
+  std::vector<Candidate> all = curve.ask();
+  if (backwards) std::reverse(all.begin(), all.end());
+  for (const Candidate& c : all) curve.tell(c.id, problem.evaluate(c.x));
+}
+
+TEST(CurveCma, FindsALine) {
+  const SegmentProblem problem = line(3);
+  for (const bool table : {false, true}) {
+    CurveCmaOptions o = table ? table11CurveCma() : CurveCmaOptions{};
+    o.x0 = VectorXd::Zero(3);
+    o.tasks = problem.tasks();
+    CurveCma curve(o);
+    const Summary summary = minimise(problem, curve, {.budget = 20000, .target = 1e-5});
+    ASSERT_EQ(summary.end, End::kTarget) << table;
+    const auto family = curve.best();
+    ASSERT_TRUE(family);
+    EXPECT_NEAR(family->curve.at(0)[0], -0.3, 0.02);
+    EXPECT_NEAR(family->curve.at(1)[0], 0.4, 0.02);
+    double sum = 0;
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_EQ(problem.evaluate(family->curve.at(problem.tasks()[i])).task_costs[i],
+                family->task_costs[i]);
+      sum += family->task_costs[i] / 6;
+    }
+    EXPECT_DOUBLE_EQ(sum, family->cost);
+  }
+}
+
+TEST(CurveCma, BendsWithFourControlPoints) {
+  const SegmentProblem problem(VectorXd::Constant(2, -2), VectorXd::Constant(2, 2),
+                               VectorXd::LinSpaced(6, 10, 15), [](double t) {
+                                 const double w = (t - 10) / 5;
+                                 return VectorXd{{w, 4 * w * (1 - w)}};
+                               });
+  FamilyOptions options;
+  options.control_points = 4;
+  const auto cubic = makeCurveCma(problem, options);
+  minimise(problem, *cubic, {.budget = 20000, .target = 1e-4});
+  EXPECT_LE(cubic->best()->cost, 1e-4);
+  options.control_points = 2;
+  const auto straight = makeCurveCma(problem, options);
+  minimise(problem, *straight, {.budget = 20000, .target = 1e-4});
+  EXPECT_GT(straight->best()->cost, 0.01);
+}
+
+TEST(CurveCma, RunsTheCurveThenSamplesThenTheNextCurve) {
+  const SegmentProblem problem = line(2);
+  CurveCma curve(optionsFor(problem));
+  EXPECT_FALSE(curve.best());
+  ASSERT_EQ(curve.ask().size(), 6u);
+  for (const Candidate& c : curve.ask()) EXPECT_EQ(c.x, VectorXd::Zero(2));
+  tellAll(curve, problem);
+  EXPECT_NEAR(curve.best()->cost, 0.04 + (0.09 + 0.0256 + 0.0004 + 0.0144 + 0.0676 + 0.16) / 6,
+              1e-12);
+  ASSERT_EQ(curve.ask().size(), 16u);
+  EXPECT_EQ(curve.ask()[0].id, 6u);
+  tellAll(curve, problem);
+  ASSERT_EQ(curve.ask().size(), 6u);
+  const double sigma = curve.state().sigma;
+  const double before = curve.best()->cost;
+  double cost = 0;
+  for (int i = 0; i < 6; ++i) cost += problem.evaluate(curve.ask()[i].x).task_costs[i] / 6;
+  tellAll(curve, problem);
+  const bool accepted = cost < before;
+  EXPECT_DOUBLE_EQ(curve.best()->cost, accepted ? cost : before);
+  EXPECT_DOUBLE_EQ(curve.state().sigma, sigma * std::exp(accepted ? 1.0 / 3 : -1.0 / 12));
+}
+
+TEST(CurveCma, KeepsTheBestOfEachTask) {
+  const SegmentProblem problem = line(2);
+  CurveCmaOptions o = optionsFor(problem);
+  o.elites = 3;
+  CurveCma curve(o);
+  tellAll(curve, problem);
+  std::vector<std::vector<double>> costs(6);
+  for (int g = 0; g < 6; ++g) {
+    for (const Candidate& c : curve.ask()) {
+      if (curve.state().measuring) continue;
+      const Evaluation e = problem.evaluate(c.x);
+      for (int i = 0; i < 6; ++i) costs[i].push_back(e.task_costs[i]);
+    }
+    tellAll(curve, problem);
+  }
+  for (int i = 0; i < 6; ++i) {
+    std::sort(costs[i].begin(), costs[i].end());
+    ASSERT_EQ(curve.state().elites[i].size(), 3u);
+    for (int k = 0; k < 3; ++k) EXPECT_EQ(curve.state().elites[i][k].cost, costs[i][k]);
+  }
+}
+
+TEST(CurveCma, TheStepSizeMayMultiplyTheVariance) {
+  const SegmentProblem problem = line(2);
+  for (const StepSize step : {StepSize::kDeviation, StepSize::kVariance}) {
+    CurveCmaOptions o = optionsFor(problem);
+    o.step_size = step;
+    o.sigma = 0.5;
+    o.lambda = 4000;
+    CurveCma curve(o);
+    tellAll(curve, problem);
+    double squares = 0;
+    for (const Candidate& c : curve.ask()) squares += c.x.squaredNorm();
+    EXPECT_NEAR(std::sqrt(squares / 8000), 0.5, 0.02);
+    EXPECT_EQ(curve.state().sigma, step == StepSize::kVariance ? 0.25 : 0.5);
+  }
+}
+
+TEST(CurveCma, StaysInTheBoxAlsoWhereTheAnswerDoesNot) {
+  SegmentProblem problem = line(2, -0.2, 0.3);
+  CurveCma curve(optionsFor(problem));
+  const Summary summary = minimise(problem, curve, {.budget = 6000});  // throws outside
+  EXPECT_GT(summary.progress.evaluations, 1000);
+  const auto family = curve.best();
+  EXPECT_NEAR(family->curve.at(0)[0], -0.2, 0.02);
+  EXPECT_LE(family->curve.points.maxCoeff(), 0.3);
+  EXPECT_GE(family->curve.points.minCoeff(), -0.2);
+}
+
+TEST(CurveCma, OrderAndInterruptionsDoNotMatter) {
+  const SegmentProblem problem = line(3, -1, 1);
+  CurveCma one(optionsFor(problem));
+  CurveCma other(optionsFor(problem));
+  for (int g = 0; g < 20; ++g) {
+    tellAll(one, problem);
+    const std::vector<Candidate> all = other.ask();
+    for (size_t k = 0; k < all.size() / 2; ++k) {
+      other.tell(all[k].id, problem.evaluate(all[k].x));
+    }
+    CurveCma restored(optionsFor(problem));
+    restored.restore(other.save());
+    EXPECT_EQ(restored.save(), other.save());
+    other.restore(restored.save());
+    tellAll(other, problem, true);
+    ASSERT_EQ(one.save(), other.save()) << g;
+  }
+  CurveCmaOptions seeded = optionsFor(problem);
+  seeded.seed = 2;
+  EXPECT_THROW(CurveCma(seeded).restore(one.save()), InputError);
+  std::string damaged = one.save();
+  damaged[60] ^= 1;
+  EXPECT_THROW(other.restore(damaged), InputError);
+  EXPECT_EQ(one.save(), other.save());
+}
+
+TEST(CurveCma, SurvivesFailuresAndReportsTheirEnd) {
+  const SegmentProblem problem = line(2);
+  CurveCma curve(optionsFor(problem));
+  for (int g = 0; g < 200 && !curve.stopped(); ++g) {
+    for (const Candidate& c : curve.ask()) curve.tell(c.id, {.failed = true});
+  }
+  ASSERT_TRUE(curve.stopped());
+  EXPECT_EQ(curve.stopped()->reason, "tolallfailed");
+  EXPECT_FALSE(curve.best());
+
+  // A first curve that fails, and one task of which half the trials say nothing.
+  CurveCma half(optionsFor(problem));
+  for (int g = 0; g < 400 && !(half.best() && half.best()->cost < 1e-2); ++g) {
+    for (const Candidate& c : half.ask()) {
+      Evaluation e = problem.evaluate(c.x);
+      if (g == 0) e.failed = true;
+      if (c.id % 2 == 0) e.task_costs[3] = c.id % 4 == 0 ? kNaN : kInf;
+      half.tell(c.id, e);
+    }
+  }
+  ASSERT_TRUE(half.best());
+  EXPECT_LT(half.best()->cost, 1e-2);
+}
+
+TEST(CurveCma, StopsOnAPlateau) {
+  const SegmentProblem problem(VectorXd::Zero(2), VectorXd::Ones(2), VectorXd::LinSpaced(6, 0, 1),
+                               [](double) { return VectorXd::Zero(2).eval(); });
+  CurveCma curve(optionsFor(problem));
+  for (int g = 0; g < 2000 && !curve.stopped(); ++g) {
+    for (const Candidate& c : curve.ask()) {
+      curve.tell(c.id, {.cost = 1, .task_costs = std::vector<double>(6, 1.0)});
+    }
+  }
+  ASSERT_TRUE(curve.stopped());
+  EXPECT_EQ(curve.stopped()->reason, "tolx");
+}
+
+TEST(CurveCma, WorksWithFewerTasksThanControlPoints) {
+  for (const int M : {1, 2, 3}) {
+    const SegmentProblem problem(VectorXd::Constant(2, -1), VectorXd::Constant(2, 1),
+                                 VectorXd::LinSpaced(M, 3, 5), [](double t) {
+                                   return VectorXd{{t / 10, -t / 10}};
+                                 });
+    FamilyOptions options;
+    options.control_points = 4;
+    const auto curve = makeCurveCma(problem, options);
+    minimise(problem, *curve, {.budget = 5000, .target = 1e-4});
+    EXPECT_LE(curve->best()->cost, 1e-4) << M;
+  }
+}
+
+TEST(CurveCma, RefusesWrongOptions) {
+  const SegmentProblem problem = line(2, -1, 1);
+  const auto refused = [&](auto change) {
+    CurveCmaOptions o = optionsFor(problem);
+    change(o);
+    EXPECT_THROW(CurveCma{o}, InputError);
+  };
+  refused([](auto& o) { o.tasks.resize(0); });
+  refused([](auto& o) { o.tasks[3] = o.tasks[2]; });
+  refused([](auto& o) { o.tasks[3] = kNaN; });
+  refused([](auto& o) { o.x0.resize(0); });
+  refused([](auto& o) { o.x0[1] = kNaN; });
+  refused([](auto& o) { o.x0[1] = 2; });
+  refused([](auto& o) { o.x0.conservativeResize(1); });
+  refused([](auto& o) { o.lower.swap(o.upper); });
+  refused([](auto& o) { o.sigma = 0; });
+  refused([](auto& o) { o.sigma = kInf; });
+  refused([](auto& o) { o.scale = VectorXd::Zero(2); });
+  refused([](auto& o) { o.control_points = 0; });
+  refused([](auto& o) { o.lambda = 0; });
+  refused([](auto& o) { o.elites = -1; });
+  refused([](auto& o) { o.groups = 0; });
+  refused([](auto& o) { o.alpha = kNaN; });
+  refused([](auto& o) { o.failure_exponent = 0; });
+  refused([](auto& o) { o.tolx = -1; });
+  EXPECT_NO_THROW(CurveCma{optionsFor(problem)});
+  EXPECT_THROW(makeCurveCma(problem, {.sigma = 0}), InputError);
+  EXPECT_THROW(makeCurveCma(problem, {.lambda = -3}), InputError);
+
+  CurveCma curve(optionsFor(problem));
+  const std::string before = curve.save();
+  EXPECT_THROW(curve.tell(99, {}), InputError);
+  EXPECT_THROW(curve.tell(0, {.cost = 1, .task_costs = {1}}), InputError);
+  EXPECT_EQ(curve.save(), before);
+  curve.tell(0, problem.evaluate(VectorXd::Zero(2)));
+  EXPECT_THROW(curve.tell(0, problem.evaluate(VectorXd::Zero(2))), InputError);
+}
+
+TEST(TaskPositions, RunFromZeroToOne) {
+  EXPECT_EQ(taskPositions("test", VectorXd{{2, 3, 6}}), (VectorXd{{0, 0.25, 1}}));
+  EXPECT_EQ(taskPositions("test", VectorXd{{7}}), VectorXd{{0}});
+  EXPECT_THROW(taskPositions("test", {}), InputError);
+  EXPECT_THROW(taskPositions("test", VectorXd{{0, kInf}}), InputError);
+}
+
+}  // namespace
+}  // namespace traceur::optim
