@@ -1,0 +1,534 @@
+#include "traceur/optim/family_baselines.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "traceur/core/error.h"
+#include "traceur/core/hash.h"
+#include "traceur/core/random.h"
+#include "traceur/optim/start.h"
+#include "traceur/optim/state.h"
+#include "traceur/optim/task_positions.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::uint64_t kStateVersion = 1;
+constexpr std::string_view kPhi = "cma";
+constexpr std::string_view kIndividual = "individual";
+/// Trials or curves per generation of the dissertation's baselines [Ha2015, §7.4].
+constexpr int kLambda = 16;
+/// Generations of a turn [ours: long enough to leave the first step size, short enough that six
+/// tasks of 16 trials a generation have all had theirs after a thousand trials].
+constexpr int kTurn = 10;
+/// Steps of the finest grid that tasks may lie on.
+constexpr int kFinest = 1000;
+
+std::span<const double> numbers(const auto& m) {
+  return {m.data(), static_cast<size_t>(m.size())};
+}
+std::span<double> numbers(auto& m) {
+  return {m.data(), static_cast<size_t>(m.size())};
+}
+
+/// Cost of the trial at the task; NaN where it says nothing about it.
+double costAt(std::string_view who, const Evaluation& evaluation, int task, int M) {
+  if (evaluation.failed) return kNaN;
+  if (static_cast<int>(evaluation.task_costs.size()) != M) {
+    throw InputError(fmt::format("{}: expected a trial's costs of {} tasks, got {}", who, M,
+                                 evaluation.task_costs.size()));
+  }
+  const double cost = evaluation.task_costs[task];
+  return cost < kInfinity ? cost : kNaN;
+}
+
+/// The place of id in a generation.
+/// @throws InputError for an id that is not of this generation
+size_t placeOf(std::string_view who, std::uint64_t id, std::uint64_t first, size_t count) {
+  if (id < first || id - first >= count) {
+    throw InputError(
+        fmt::format("{}: no candidate {} in a generation of {} from {}", who, id, count, first));
+  }
+  return id - first;
+}
+
+[[noreturn]] void refuseAgain(std::string_view who, std::uint64_t id) {
+  throw InputError(fmt::format("{}: candidate {} has been told already", who, id));
+}
+
+void write(StateWriter& w, const std::optional<Stop>& stop) {
+  w.integer(stop.has_value());
+  if (!stop) return;
+  w.text(stop->reason);
+  w.real(stop->value);
+  w.real(stop->limit);
+}
+
+std::optional<Stop> readStop(StateReader& r) {
+  if (r.integer() == 0) return std::nullopt;
+  Stop stop;
+  stop.reason = r.text();
+  stop.value = r.real();
+  stop.limit = r.real();
+  return stop;
+}
+
+void write(StateWriter& w, const MatrixXd& m) {
+  w.integer(m.rows());
+  w.integer(m.cols());
+  w.reals(numbers(m));
+}
+
+/// A matrix of n rows, or an empty one.
+MatrixXd readMatrix(std::string_view who, StateReader& r, int n) {
+  const std::uint64_t rows = r.integer();
+  const std::uint64_t columns = r.integer();
+  const std::vector<double> values = r.reals();
+  if (values.empty()) return {};
+  if (rows != static_cast<std::uint64_t>(n) || columns != values.size() / n ||
+      values.size() % n != 0) {
+    throw InputError(fmt::format("{}: the state holds a matrix of a wrong size", who));
+  }
+  return Eigen::Map<const MatrixXd>(values.data(), n, static_cast<int>(columns));
+}
+
+void write(StateWriter& w, const std::optional<Family>& family) {
+  w.integer(family.has_value());
+  if (!family) return;
+  w.integer(family->curve.kind == Curve::Kind::kPolyline);
+  write(w, family->curve.points);
+  w.real(family->cost);
+  w.reals(family->task_costs);
+}
+
+std::optional<Family> readFamily(std::string_view who, StateReader& r, int n) {
+  if (r.integer() == 0) return std::nullopt;
+  Family family;
+  family.curve.kind = r.integer() != 0 ? Curve::Kind::kPolyline : Curve::Kind::kBezier;
+  family.curve.points = readMatrix(who, r, n);
+  family.cost = r.real();
+  family.task_costs = r.reals();
+  return family;
+}
+
+/// Options of CMA-ES in n variables as those in K copies of them.
+CmaEsOptions repeat(const CmaEsOptions& one, int K, const MatrixXd& phi0) {
+  CmaEsOptions all = one;
+  for (VectorXd* v : {&all.x0, &all.scale, &all.lower, &all.upper}) {
+    const VectorXd once = *v;
+    *v = once.replicate(K, 1);
+  }
+  if (phi0.size() > 0) all.x0 = phi0.reshaped();
+  return all;
+}
+
+/// The steps of the coarsest even grid that all w lie on.
+int gridSteps(const VectorXd& w) {
+  if (w.size() == 1) return 0;
+  for (int steps = static_cast<int>(w.size()) - 1; steps <= kFinest; ++steps) {
+    const Eigen::ArrayXd at = w.array() * steps;
+    if (((at - at.round()).abs() < 1e-9).all()) return steps;
+  }
+  throw InputError(fmt::format(
+      "individual: expected tasks on an even grid of at most {} steps, as the knots of a polyline "
+      "are",
+      kFinest));
+}
+
+}  // namespace
+
+// ---- Curves as candidates.
+
+PhiCma::PhiCma(const VectorXd& tasks, int control_points, const CmaEsOptions& cma,
+               const MatrixXd& phi0)
+    : w_(taskPositions(kPhi, tasks)), n_(static_cast<int>(cma.x0.size())), cma_([&] {
+        const int K = std::min(control_points, M());
+        if (K < 1) throw InputError(fmt::format("cma: expected control points ≥ 1, got {}", K));
+        if (phi0.size() > 0 && (phi0.rows() != n_ || phi0.cols() != K)) {
+          throw InputError(fmt::format("cma: expected phi0({} x {}), got ({} x {})", n_, K,
+                                       phi0.rows(), phi0.cols()));
+        }
+        return repeat(cma, K, phi0);
+      }()) {
+  told_.resize(count());
+}
+
+VectorXd PhiCma::pointAt(const VectorXd& phi, int task) const {
+  const Eigen::Map<const MatrixXd> points(phi.data(), n_, phi.size() / n_);
+  const VectorXd x = points * bernstein(static_cast<int>(points.cols()), w_[task]);
+  // Of control points on a bound the sum may round to a point beyond it.
+  const CmaEsOptions& o = cma_.options();
+  return x.cwiseMax(o.lower.head(n_)).cwiseMin(o.upper.head(n_));
+}
+
+std::vector<Candidate> PhiCma::ask() {
+  std::vector<Candidate> candidates;
+  candidates.reserve(count() - told_count_);
+  const std::vector<Candidate> curves = cma_.ask();
+  for (int i = 0; i < count(); ++i) {
+    if (!told_[i]) candidates.push_back({firstId() + i, pointAt(curves[i / M()].x, i % M())});
+  }
+  return candidates;
+}
+
+void PhiCma::tell(std::uint64_t id, const Evaluation& evaluation) {
+  const size_t i = placeOf(kPhi, id, firstId(), told_.size());
+  if (told_[i]) refuseAgain(kPhi, id);
+  told_[i] = costAt(kPhi, evaluation, static_cast<int>(i) % M(), M());
+  if (++told_count_ == count()) update();
+}
+
+void PhiCma::update() {
+  const std::vector<Candidate> curves = cma_.ask();
+  for (size_t k = 0; k < curves.size(); ++k) {
+    VectorXd costs(M());
+    for (int i = 0; i < M(); ++i) costs[i] = *told_[k * M() + i];
+    const Evaluation evaluation{.cost = costs.mean()};  // NaN if one is
+    if (evaluation.meaningful() && (!best_ || evaluation.cost < best_->cost)) {
+      best_.emplace();
+      best_->curve.points = curves[k].x.reshaped(n_, curves[k].x.size() / n_);
+      best_->cost = evaluation.cost;
+      best_->task_costs.assign(costs.begin(), costs.end());
+    }
+    cma_.tell(curves[k].id, evaluation);
+  }
+  std::fill(told_.begin(), told_.end(), std::nullopt);
+  told_count_ = 0;
+}
+
+std::string PhiCma::save() const {
+  StateWriter w(kPhi, kStateVersion);
+  w.reals(numbers(w_));
+  w.text(cma_.save());
+  write(w, best_);
+  for (const std::optional<double>& cost : told_) {
+    w.integer(cost.has_value());
+    w.real(cost.value_or(0));
+  }
+  return w.finish();
+}
+
+void PhiCma::restore(std::string_view text) {
+  StateReader r(text, kPhi, kStateVersion);
+  if (r.reals() != std::vector<double>(w_.begin(), w_.end())) {
+    throw InputError("cma: cannot restore a state saved for other tasks");
+  }
+  const std::string inner = r.text();
+  const std::optional<Family> best = readFamily(kPhi, r, n_);
+  std::vector<std::optional<double>> told(told_.size());
+  for (std::optional<double>& cost : told) {
+    const bool has = r.integer() != 0;
+    const double value = r.real();
+    if (has) cost = value;
+  }
+  r.finish();
+  cma_.restore(inner);  // the last that may throw, and then nothing has changed
+
+  best_ = best;
+  told_ = std::move(told);
+  told_count_ = static_cast<int>(
+      std::count_if(told_.begin(), told_.end(), [](const auto& cost) { return cost.has_value(); }));
+}
+
+// ---- Tasks by themselves.
+
+IndividualCma::IndividualCma(IndividualCmaOptions options)
+    : options_(std::move(options)), w_(taskPositions(kIndividual, options_.tasks)) {
+  const auto refuse = [](std::string_view name, std::string_view expected, double got) {
+    throw InputError(fmt::format("individual: expected {} {}, got {}", name, expected, got));
+  };
+  if (options_.control_points < 0) refuse("control_points", "≥ 0", options_.control_points);
+  if (options_.turn < 0) refuse("turn", "≥ 0", options_.turn);
+  if (std::isnan(options_.target)) refuse("target", "a number", options_.target);
+  if (!(options_.warm_sigma > 0 && std::isfinite(options_.warm_sigma))) {
+    refuse("warm_sigma", "finite and > 0", options_.warm_sigma);
+  }
+  if (options_.control_points > 0) {
+    const int K = std::min(options_.control_points, M());
+    MatrixXd basis(M(), K);
+    for (int i = 0; i < M(); ++i) basis.row(i) = bernstein(K, w_[i]).transpose();
+    fit_ = basis.completeOrthogonalDecomposition().pseudoInverse().transpose();
+  } else {
+    knots_ = gridSteps(w_) + 1;
+  }
+  searches_.resize(M());
+  for (int i = 0; i < M(); ++i) {
+    if (options_.turn > 0 && i > 0) continue;
+    searches_[i].x0 = options_.cma.x0;
+    searches_[i].cma = searchFrom(i, options_.cma.x0);
+  }
+  const std::uint64_t seed = options_.cma.seed;
+  options_.cma = searches_[0].cma->options();  // defaults filled in
+  options_.cma.seed = seed;
+  left_ = options_.turn;
+  asked_ = gather();
+}
+
+std::unique_ptr<CmaEs> IndividualCma::searchFrom(int task, const VectorXd& x0) const {
+  CmaEsOptions o = options_.cma;
+  o.x0 = x0;
+  if (options_.turn > 0 && task > 0) o.sigma *= options_.warm_sigma;
+  o.seed = Random(options_.cma.seed, task).bits();
+  return std::make_unique<CmaEs>(std::move(o));
+}
+
+/// The candidates of the generation that begins, in the order of their ids.
+std::vector<IndividualCma::Asked> IndividualCma::gather() const {
+  std::vector<Asked> asked;
+  for (int i = 0; i < M(); ++i) {
+    const Search& search = searches_[i];
+    if (!search.cma || search.stop || (options_.turn > 0 && i != current_)) continue;
+    for (Candidate& c : search.cma->ask()) asked.push_back({i, c.id, std::move(c.x), {}});
+  }
+  for (int i = 0; i < M() && proposed_.size() > 0; ++i) {
+    const VectorXd x = proposed_ * bernstein(static_cast<int>(proposed_.cols()), w_[i]);
+    const CmaEsOptions& o = options_.cma;
+    asked.push_back({i, {}, x.cwiseMax(o.lower).cwiseMin(o.upper), {}});
+  }
+  return asked;
+}
+
+std::vector<Candidate> IndividualCma::ask() {
+  std::vector<Candidate> candidates;
+  for (size_t k = 0; k < asked_.size(); ++k) {
+    if (!asked_[k].cost) candidates.push_back({first_id_ + k, asked_[k].x});
+  }
+  return candidates;
+}
+
+void IndividualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
+  Asked& asked = asked_[placeOf(kIndividual, id, first_id_, asked_.size())];
+  if (asked.cost) refuseAgain(kIndividual, id);
+  asked.cost = costAt(kIndividual, evaluation, asked.task, M());
+  if (++told_count_ == static_cast<int>(asked_.size())) update();
+}
+
+void IndividualCma::update() {
+  VectorXd curve_costs(M());
+  for (const Asked& asked : asked_) {
+    const double cost = *asked.cost;
+    if (!asked.inner) {
+      curve_costs[asked.task] = cost;
+      continue;
+    }
+    Search& search = searches_[asked.task];
+    if (cost < search.cost) {
+      search.cost = cost;
+      search.best = asked.x;
+    }
+    search.cma->tell(*asked.inner, {.cost = cost});
+  }
+  if (proposed_.size() > 0) {
+    const double cost = curve_costs.mean();
+    if (cost < (best_ ? best_->cost : kInfinity)) {
+      best_.emplace();
+      best_->curve.points = proposed_;
+      best_->cost = cost;
+      best_->task_costs.assign(curve_costs.begin(), curve_costs.end());
+    }
+    measured_ = proposed_;
+    proposed_.resize(0, 0);
+  }
+
+  std::optional<Stop> last;
+  for (Search& search : searches_) {
+    if (!search.cma || search.stop) continue;
+    if (search.cost <= options_.target) {
+      search.stop = Stop{"target", search.cost, options_.target};
+    } else {
+      search.stop = search.cma->stopped();
+    }
+    if (search.stop) last = search.stop;
+  }
+  if (options_.turn > 0) passTurn();
+  if (std::none_of(searches_.begin(), searches_.end(),
+                   [](const Search& search) { return search.best.size() == 0; })) {
+    options_.control_points == 0 ? join() : propose();
+  }
+
+  ++generation_;
+  first_id_ += asked_.size();
+  told_count_ = 0;
+  asked_ = gather();
+  if (asked_.empty()) stop_ = last ? last : searches_.back().stop;
+}
+
+/// Goes to the next task once the turn of the current one, or its search, is over.
+void IndividualCma::passTurn() {
+  if (--left_ > 0 && !searches_[current_].stop) return;
+  left_ = options_.turn;
+  for (int step = 1; step <= M(); ++step) {
+    const int next = (current_ + step) % M();
+    Search& search = searches_[next];
+    if (search.stop) continue;
+    if (!search.cma) {
+      const Search& before = searches_[next - 1];  // the first task has its search from the start
+      search.x0 = before.best.size() > 0 ? before.best : options_.cma.x0;
+      search.cma = searchFrom(next, search.x0);
+    }
+    current_ = next;
+    return;
+  }
+}
+
+/// The polyline through every task's best.
+void IndividualCma::join() {
+  Family family;
+  family.curve.kind = Curve::Kind::kPolyline;
+  family.curve.points.resize(options_.cma.x0.size(), knots_);
+  double sum = 0;
+  for (int i = 0, knot = 0; i < M(); ++i) {
+    const int last = static_cast<int>(std::lround(w_[i] * (knots_ - 1)));
+    const int first = knot;
+    for (; knot <= last; ++knot) {  // knots between two tasks lie on the straight line
+      const double t = last == first ? 1 : (knot - first + 1.0) / (last - first + 1);
+      family.curve.points.col(knot) =
+          t == 1 ? searches_[i].best
+                 : VectorXd((1 - t) * searches_[i - 1].best + t * searches_[i].best);
+    }
+    family.task_costs.push_back(searches_[i].cost);
+    sum += searches_[i].cost;
+  }
+  family.cost = sum / M();
+  if (!best_ || family.cost < best_->cost) best_ = std::move(family);
+}
+
+/// The curve through every task's best by least squares, unless it has just been run.
+void IndividualCma::propose() {
+  MatrixXd bests(options_.cma.x0.size(), M());
+  for (int i = 0; i < M(); ++i) bests.col(i) = searches_[i].best;
+  const MatrixXd points = (bests * fit_)
+                              .cwiseMax(options_.cma.lower.replicate(1, fit_.cols()))
+                              .cwiseMin(options_.cma.upper.replicate(1, fit_.cols()));
+  if (measured_.size() == 0 || points != measured_) proposed_ = points;
+}
+
+std::uint64_t IndividualCma::fingerprint() const {
+  StateWriter w("options", kStateVersion);
+  w.reals(numbers(options_.tasks));
+  w.integer(options_.control_points);
+  w.integer(options_.turn);
+  w.real(options_.target);
+  w.real(options_.warm_sigma);
+  Hash hash;
+  hash.add(w.finish());
+  return hash.value();
+}
+
+std::string IndividualCma::save() const {
+  StateWriter w(kIndividual, kStateVersion);
+  w.integer(fingerprint());
+  w.integer(generation_);
+  w.integer(first_id_);
+  w.integer(current_);
+  w.integer(left_);
+  for (const Search& search : searches_) {
+    w.integer(search.cma != nullptr);
+    if (!search.cma) continue;
+    w.reals(numbers(search.x0));
+    w.text(search.cma->save());
+    w.real(search.cost);
+    write(w, search.best);
+    write(w, search.stop);
+  }
+  write(w, proposed_);
+  write(w, measured_);
+  write(w, stop_);
+  write(w, best_);
+  w.integer(asked_.size());
+  for (const Asked& asked : asked_) {
+    w.integer(asked.cost.has_value());
+    w.real(asked.cost.value_or(0));
+  }
+  return w.finish();
+}
+
+void IndividualCma::restore(std::string_view text) {
+  StateReader r(text, kIndividual, kStateVersion);
+  const auto refuse = [](std::string_view why) {
+    throw InputError(fmt::format("individual: cannot restore a state {}", why));
+  };
+  const int n = static_cast<int>(options_.cma.x0.size());
+  if (r.integer() != fingerprint()) refuse("saved under other options");
+  IndividualCma other(options_);
+  other.generation_ = r.integer();
+  other.first_id_ = r.integer();
+  other.current_ = static_cast<int>(r.integer());
+  other.left_ = static_cast<int>(r.integer());
+  if (other.current_ < 0 || other.current_ >= M()) refuse("of more tasks");
+  for (int i = 0; i < M(); ++i) {
+    Search& search = other.searches_[i];
+    search = {};
+    if (r.integer() == 0) continue;
+    search.x0.resize(n);
+    r.reals(numbers(search.x0));
+    search.cma = searchFrom(i, search.x0);
+    search.cma->restore(r.text());
+    search.cost = r.real();
+    search.best = readMatrix(kIndividual, r, n);
+    search.stop = readStop(r);
+  }
+  other.proposed_ = readMatrix(kIndividual, r, n);
+  other.measured_ = readMatrix(kIndividual, r, n);
+  other.stop_ = readStop(r);
+  other.best_ = readFamily(kIndividual, r, n);
+  other.asked_ = other.gather();
+  if (r.integer() != other.asked_.size()) refuse("of another number of candidates");
+  for (Asked& asked : other.asked_) {
+    const bool has = r.integer() != 0;
+    const double value = r.real();
+    if (!has) continue;
+    asked.cost = value;
+    ++other.told_count_;
+  }
+  r.finish();
+  *this = std::move(other);
+}
+
+// ---- As registered.
+
+namespace {
+
+CmaEsOptions cmaOptionsOf(const Problem& problem, const FamilyOptions& options) {
+  Start start = startOf(problem, options.x0);
+  CmaEsOptions o;
+  o.x0 = std::move(start.x0);
+  o.sigma = options.sigma;
+  o.scale = std::move(start.scale);
+  o.lower = problem.lower();
+  o.upper = problem.upper();
+  o.lambda = options.lambda == 0 ? kLambda : options.lambda;
+  o.seed = options.seed;
+  return o;
+}
+
+}  // namespace
+
+std::unique_ptr<FamilyOptimizer> makePhiCma(const Problem& problem, const FamilyOptions& options) {
+  return std::make_unique<PhiCma>(problem.tasks(), options.control_points,
+                                  cmaOptionsOf(problem, options));
+}
+
+std::unique_ptr<FamilyOptimizer> makeIndividualCma(const Problem& problem,
+                                                   const FamilyOptions& options) {
+  IndividualCmaOptions o;
+  o.tasks = problem.tasks();
+  o.cma = cmaOptionsOf(problem, options);
+  return std::make_unique<IndividualCma>(std::move(o));
+}
+
+std::unique_ptr<FamilyOptimizer> makeNeighbourCma(const Problem& problem,
+                                                  const FamilyOptions& options) {
+  IndividualCmaOptions o;
+  o.tasks = problem.tasks();
+  o.cma = cmaOptionsOf(problem, options);
+  o.turn = kTurn;
+  return std::make_unique<IndividualCma>(std::move(o));
+}
+
+}  // namespace traceur::optim

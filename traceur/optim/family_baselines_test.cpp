@@ -1,0 +1,268 @@
+#include "traceur/optim/family_baselines.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "traceur/core/error.h"
+#include "traceur/optim/minimise.h"
+#include "traceur/optim/segment_problem.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+SegmentProblem bow(int n = 2, double low = -2, double high = 2, int M = 5) {
+  return {VectorXd::Constant(n, low), VectorXd::Constant(n, high), VectorXd::LinSpaced(M, 0, 1),
+          [n](double w) {
+            VectorXd c = VectorXd::Constant(n, 0.2);
+            c[0] = w;
+            c[1] = 2 * w * (1 - w);
+            return c;
+          }};
+}
+
+CmaEsOptions cmaFor(const Problem& problem) {
+  CmaEsOptions o;
+  o.x0 = VectorXd::Zero(problem.dimension());
+  o.lower = problem.lower();
+  o.upper = problem.upper();
+  o.sigma = 0.5;
+  o.lambda = 8;
+  return o;
+}
+
+IndividualCmaOptions individualFor(const Problem& problem) {
+  IndividualCmaOptions o;
+  o.tasks = problem.tasks();
+  o.cma = cmaFor(problem);
+  return o;
+}
+
+/// Each baseline in each of its ways.
+std::vector<std::function<std::unique_ptr<FamilyOptimizer>(const Problem&, std::uint64_t seed)>>
+everyWay() {
+  const auto individual = [](int K, int turn) {
+    return [=](const Problem& problem, std::uint64_t seed) -> std::unique_ptr<FamilyOptimizer> {
+      IndividualCmaOptions o = individualFor(problem);
+      o.cma.seed = seed;
+      o.control_points = K;
+      o.turn = turn;
+      return std::make_unique<IndividualCma>(o);
+    };
+  };
+  return {[](const Problem& problem, std::uint64_t seed) -> std::unique_ptr<FamilyOptimizer> {
+            CmaEsOptions o = cmaFor(problem);
+            o.seed = seed;
+            return std::make_unique<PhiCma>(problem.tasks(), 4, o);
+          },
+          individual(0, 0), individual(0, 3), individual(4, 0), individual(4, 3)};
+}
+
+/// Every point of the answer has been run: re-running it says the same.
+void expectMeasured(const Problem& problem, const Family& family) {
+  const VectorXd tasks = problem.tasks();
+  double sum = 0;
+  for (int i = 0; i < tasks.size(); ++i) {
+    const double w = (tasks[i] - tasks[0]) / (tasks[tasks.size() - 1] - tasks[0]);
+    EXPECT_NEAR(problem.evaluate(family.curve.at(w)).task_costs[i], family.task_costs[i], 1e-12);
+    sum += family.task_costs[i];
+  }
+  EXPECT_NEAR(family.cost, sum / static_cast<double>(tasks.size()), 1e-15);
+}
+
+TEST(FamilyBaselines, FindABow) {
+  const SegmentProblem problem = bow();
+  for (size_t way = 0; way < everyWay().size(); ++way) {
+    const auto optimizer = everyWay()[way](problem, 1);
+    const Summary summary = minimise(problem, *optimizer, {.budget = 30000, .target = 1e-4});
+    EXPECT_EQ(summary.end, End::kTarget) << way;
+    ASSERT_TRUE(optimizer->best());
+    expectMeasured(problem, *optimizer->best());
+  }
+}
+
+TEST(FamilyBaselines, OrderAndInterruptionsDoNotMatter) {
+  const SegmentProblem problem = bow();
+  for (const auto& make : everyWay()) {
+    const auto one = make(problem, 1);
+    auto other = make(problem, 1);
+    for (int g = 0; g < 25; ++g) {
+      for (const Candidate& c : one->ask()) one->tell(c.id, problem.evaluate(c.x));
+      const std::vector<Candidate> all = other->ask();
+      for (size_t k = 0; k < all.size() / 2; ++k) {
+        other->tell(all[k].id, problem.evaluate(all[k].x));
+      }
+      auto restored = make(problem, 1);
+      restored->restore(other->save());
+      ASSERT_EQ(restored->save(), other->save());
+      other = std::move(restored);
+      std::vector<Candidate> rest = other->ask();
+      ASSERT_EQ(rest.size(), all.size() - all.size() / 2);
+      std::reverse(rest.begin(), rest.end());
+      for (const Candidate& c : rest) other->tell(c.id, problem.evaluate(c.x));
+      ASSERT_EQ(one->save(), other->save()) << g;
+    }
+    EXPECT_THROW(make(problem, 2)->restore(one->save()), InputError);
+    std::string damaged = one->save();
+    damaged[50] ^= 1;
+    EXPECT_THROW(other->restore(damaged), InputError);
+    EXPECT_EQ(one->save(), other->save());
+    EXPECT_THROW(other->tell(0, problem.evaluate(VectorXd::Zero(2))), InputError);
+    EXPECT_THROW(other->tell(other->ask()[0].id, {.cost = 1}), InputError);
+    EXPECT_EQ(one->save(), other->save());
+  }
+}
+
+TEST(FamilyBaselines, StayInTheBox) {
+  const SegmentProblem problem = bow(2, -0.1, 0.45);
+  for (const auto& make : everyWay()) {
+    const auto optimizer = make(problem, 1);
+    minimise(problem, *optimizer, {.budget = 4000});  // throws outside
+    ASSERT_TRUE(optimizer->best());
+    expectMeasured(problem, *optimizer->best());
+    EXPECT_NEAR(optimizer->best()->curve.at(1)[0], 0.45, 0.05);
+  }
+}
+
+TEST(FamilyBaselines, SurviveFailuresAndReportTheirEnd) {
+  const SegmentProblem problem = bow();
+  for (const auto& make : everyWay()) {
+    const auto dead = make(problem, 1);
+    const auto half = make(problem, 1);
+    for (int g = 0; g < 200 && !dead->stopped(); ++g) {
+      for (const Candidate& c : dead->ask()) dead->tell(c.id, {.failed = true});
+    }
+    ASSERT_TRUE(dead->stopped());
+    EXPECT_EQ(dead->stopped()->reason, "tolallfailed");
+    EXPECT_FALSE(dead->best());
+    for (int g = 0; g < 150 && !half->stopped(); ++g) {
+      for (const Candidate& c : half->ask()) {
+        Evaluation e = problem.evaluate(c.x);
+        if (c.id % 7 == 0) e.failed = true;
+        if (c.id % 5 == 0) e.task_costs[3] = c.id % 2 == 0 ? kNaN : kInf;
+        half->tell(c.id, e);
+      }
+    }
+    ASSERT_TRUE(half->best());
+    EXPECT_LT(half->best()->cost, 0.02);
+  }
+}
+
+TEST(PhiCma, RunsEachCurveAtEachTask) {
+  const SegmentProblem problem = bow();
+  MatrixXd phi0(2, 2);
+  phi0 << 0.1, 0.2, 0.3, 0.4;
+  PhiCma phi(problem.tasks(), 2, cmaFor(problem), phi0);
+  EXPECT_EQ(phi.cma().mean(), (VectorXd{{0.1, 0.3, 0.2, 0.4}}));
+  const std::vector<Candidate> all = phi.ask();
+  ASSERT_EQ(all.size(), 40u);
+  EXPECT_TRUE((2 * all[2].x).isApprox(all[0].x + all[4].x));  // w = 0, ½, 1 of the first
+  EXPECT_FALSE((2 * all[4].x).isApprox(all[2].x + all[6].x));
+  double least = kInf;
+  double sum = 0;
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_FALSE(phi.best());
+    const Evaluation e = problem.evaluate(all[i].x);
+    sum += e.task_costs[i % 5];
+    if (i % 5 == 4) least = std::min(least, sum / 5), sum = 0;
+    phi.tell(all[i].id, e);
+  }
+  EXPECT_DOUBLE_EQ(phi.best()->cost, least);
+}
+
+TEST(IndividualCma, NeighboursBeginWhereTheTaskBeforeEnded) {
+  const SegmentProblem problem = bow();
+  IndividualCmaOptions o = individualFor(problem);
+  o.turn = 30;
+  o.warm_sigma = 1e-6;
+  IndividualCma cma(o);
+  VectorXd best;
+  double least = kInf;
+  for (int g = 0; g < 30; ++g) {
+    for (const Candidate& c : cma.ask()) {
+      const Evaluation e = problem.evaluate(c.x);
+      if (e.task_costs[0] < least) least = e.task_costs[0], best = c.x;
+      cma.tell(c.id, e);
+    }
+  }
+  ASSERT_EQ(cma.ask().size(), 8u);
+  for (const Candidate& c : cma.ask()) EXPECT_LT((c.x - best).norm(), 1e-4);
+  EXPECT_FALSE(cma.best());  // four tasks have not been tried
+}
+
+TEST(IndividualCma, EndsWithTheLastTask) {
+  const SegmentProblem problem = bow();
+  for (const int turn : {0, 2}) {
+    IndividualCmaOptions o = individualFor(problem);
+    o.target = 1e-3;
+    o.turn = turn;
+    o.control_points = 2;
+    IndividualCma cma(o);
+    const Summary summary = minimise(problem, cma, {.budget = 30000});
+    EXPECT_EQ(summary.end, End::kOptimizer);
+    EXPECT_EQ(summary.stop.reason, "target");
+    EXPECT_TRUE(cma.ask().empty());
+    ASSERT_TRUE(cma.best());
+    EXPECT_GT(cma.best()->cost, 0.001);  // a straight line through points of a bow
+    expectMeasured(problem, *cma.best());
+    IndividualCma again(o);
+    again.restore(cma.save());
+    EXPECT_EQ(again.save(), cma.save());
+  }
+}
+
+TEST(IndividualCma, JoinsUnevenTasksOnAGrid) {
+  const auto problem = [](VectorXd tasks) {
+    return SegmentProblem(VectorXd::Constant(1, -9), VectorXd::Constant(1, 9), std::move(tasks),
+                          [](double t) { return VectorXd{{t * t}}; });
+  };
+  const SegmentProblem grid = problem(VectorXd{{0, 1, 1.5, 3}});
+  IndividualCma cma(individualFor(grid));
+  minimise(grid, cma, {.budget = 20000, .target = 1e-8});
+  ASSERT_TRUE(cma.best());
+  expectMeasured(grid, *cma.best());
+  EXPECT_EQ(cma.best()->curve.points.cols(), 7);
+  EXPECT_NEAR(cma.best()->curve.at(0.75)[0], (1.5 * 1.5 + 9) / 2, 1e-3);
+  const SegmentProblem uneven = problem(VectorXd{{0, 1, std::sqrt(2), 3}});
+  EXPECT_THROW(IndividualCma{individualFor(uneven)}, InputError);
+  const SegmentProblem one = problem(VectorXd{{2}});
+  IndividualCma single(individualFor(one));
+  minimise(one, single, {.budget = 2000, .target = 1e-8});
+  EXPECT_NEAR(single.best()->curve.at(0.3)[0], 4, 1e-3);
+}
+
+TEST(FamilyBaselines, RefuseWrongOptions) {
+  const SegmentProblem problem = bow();
+  for (const auto make : {makePhiCma, makeIndividualCma, makeNeighbourCma}) {
+    EXPECT_EQ(make(problem, {})->ask().size(), make == makePhiCma          ? 80u
+                                               : make == makeIndividualCma ? 80u
+                                                                           : 16u);
+    EXPECT_THROW(make(problem, {.sigma = 0}), InputError);
+    EXPECT_THROW(make(problem, {.sigma = kNaN}), InputError);
+    EXPECT_THROW(make(problem, {.lambda = 1}), InputError);
+    EXPECT_THROW(make(problem, {.x0 = VectorXd::Zero(3)}), InputError);
+    EXPECT_THROW(make(problem, {.x0 = VectorXd::Constant(2, 5)}), InputError);
+    EXPECT_THROW(make(bow(2, 1, -1), {}), InputError);
+    EXPECT_THROW(make(bow(2, -1, 1, 0), {}), InputError);
+  }
+  EXPECT_THROW(PhiCma(problem.tasks(), 0, cmaFor(problem)), InputError);
+  EXPECT_THROW(PhiCma(problem.tasks(), 2, cmaFor(problem), MatrixXd::Zero(2, 3)), InputError);
+  const auto refused = [&](auto change) {
+    IndividualCmaOptions o = individualFor(problem);
+    change(o);
+    EXPECT_THROW(IndividualCma{o}, InputError);
+  };
+  refused([](auto& o) { o.control_points = -1; });
+  refused([](auto& o) { o.turn = -1; });
+  refused([](auto& o) { o.target = kNaN; });
+  refused([](auto& o) { o.warm_sigma = 0; });
+  refused([](auto& o) { o.tasks.resize(0); });
+}
+
+}  // namespace
+}  // namespace traceur::optim
