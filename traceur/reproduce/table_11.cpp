@@ -29,14 +29,22 @@ VectorXd uniform(Random& random, int n, double half) {
   return v;
 }
 
+/// cos(2π 3ᵏ (z + ½)) is the real part of e^(2πi (z + ½)) cubed k times: as exact as the cosine of
+/// so great an angle, and one cosine instead of 21. Every cos(π 3ᵏ) is -1.
 double weierstrass(const VectorXd& z) {
   double sum = 0;
   for (const double value : z) {
-    double a = 1;
-    double b = 1;
-    for (int k = 0; k <= 20; ++k, a *= 0.5, b *= 3) {
-      sum +=
-          a * (std::cos(2 * std::numbers::pi * b * (value + 0.5)) - std::cos(std::numbers::pi * b));
+    const double angle = 2 * std::numbers::pi * (value + 0.5);
+    double re = std::cos(angle);
+    double im = std::sin(angle);
+    double weight = 1;
+    for (int k = 0; k <= 20; ++k, weight *= 0.5) {
+      sum += weight * (re + 1);
+      const double square_re = re * re - im * im;
+      const double square_im = 2 * re * im;
+      const double cube_re = square_re * re - square_im * im;
+      im = square_re * im + square_im * re;
+      re = cube_re;
     }
   }
   return 0.1 * sum;
