@@ -470,7 +470,7 @@ void IndividualCma::restore(std::string_view text) {
     search.cma = searchFrom(i, search.x0);
     search.cma->restore(r.text());
     search.cost = r.real();
-    search.best = readMatrix(kIndividual, r, n);
+    search.best = readMatrix(kIndividual, r, n).reshaped();
     search.stop = readStop(r);
   }
   other.proposed_ = readMatrix(kIndividual, r, n);
