@@ -9,6 +9,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/random.h"
 #include "traceur/optim/state.h"
 
 namespace traceur::optim {
@@ -17,7 +18,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr std::string_view kKind = "cma-es";
-constexpr std::uint64_t kStateVersion = 1;
+constexpr std::uint64_t kStateVersion = 2;
 
 /// Generations beyond which stagnation no longer looks further back [Hansen2016, App. B.3].
 constexpr std::uint64_t kLongestStagnation = 20000;
@@ -71,6 +72,7 @@ CmaEsOptions complete(CmaEsOptions o) {
   if (o.lambda == 1 || o.lambda < 0 || o.lambda > kMaxLambda) {
     refuse("expected lambda in [2, {}], or 0 for the default, got {}", kMaxLambda, o.lambda);
   }
+  if (o.hold_feasible && !o.feasible_first) refuse("hold_feasible needs feasible_first");
   if (o.max_draws < 1) refuse("expected max_draws ≥ 1, got {}", o.max_draws);
 
   CmaTermination& t = o.termination;
@@ -128,6 +130,7 @@ CmaEs::CmaEs(CmaEsOptions options)
       z_mean_(dimension()),
       step_(dimension()),
       coefficients_(constants_.lambda),
+      likeliest_(3 * dimension()),
       eigen_(dimension()) {
   const int n = dimension();
   state_.mean.resize(n);
@@ -165,19 +168,36 @@ std::vector<Candidate> CmaEs::ask() {
 
 void CmaEs::drawSamples() {
   const int n = dimension();
+  refused_now_ = 0;
   for (int k = 0; k < constants_.lambda; ++k) {
     Random random(options_.seed, state_.generation, k);
     auto z = Z_.col(k);
     auto y = Y_.col(k);
     auto x = X_.col(k);
+    double best = -1;
     for (int draw = 1;; ++draw) {
-      for (int i = 0; i < n; ++i) z[i] = random.normal();
+      const bool start = options_.try_start && state_.generation == 0 && k == 0;
+      for (int i = 0; i < n; ++i) z[i] = start ? 0 : random.normal();
       step_ = state_.D.cwiseProduct(z);
       y.noalias() = state_.B * step_;
       for (int i = 0; i < n; ++i) {
         x[i] = bounds_.fold(i, state_.mean[i] + state_.sigma * options_.scale[i] * y[i]);
       }
-      if (!options_.accept || draw >= options_.max_draws || options_.accept(x, random)) break;
+      if (!options_.acceptance || start) break;
+      const double p = options_.acceptance(k, x);
+      if (p >= 1 || random.uniform() < p) break;
+      ++refused_now_;
+      if (p > best) {
+        best = p;
+        likeliest_ << z, y, x;
+      }
+      if (draw < options_.max_draws) continue;
+      if (options_.likeliest) {
+        z = likeliest_.head(n);
+        y = likeliest_.segment(n, n);
+        x = likeliest_.tail(n);
+      }
+      break;
     }
   }
   drawn_ = true;
@@ -201,6 +221,8 @@ void CmaEs::tell(std::uint64_t id, const Evaluation& evaluation) {
 
 void CmaEs::update() {
   if (!drawn_) drawSamples();  // restored, and told without being asked
+  state_.refused += refused_now_;
+  if (options_.hold_feasible) takeHeld();
   std::iota(order_.begin(), order_.end(), 0);
   std::sort(order_.begin(), order_.end(), [this](int a, int b) {
     return *told_[a] == *told_[b] ? a < b : *told_[a] < *told_[b];
@@ -209,6 +231,7 @@ void CmaEs::update() {
   while (meaningful > 0 && told_[order_[meaningful - 1]]->rank_class == 2) --meaningful;
 
   if (meaningful > 0) adapt(meaningful);
+  if (options_.hold_feasible) hold();
   ++state_.generation;
   remember(meaningful);
   state_.stop = findStop(meaningful);
@@ -217,13 +240,51 @@ void CmaEs::update() {
   drawn_ = false;
 }
 
+void CmaEs::takeHeld() {
+  CmaState& s = state_;
+  if (s.held.size() == 0) return;
+  int worst = 0;
+  for (int k = 0; k < constants_.lambda; ++k) {
+    if (told_[k]->rank_class == 0) return;
+    if (*told_[worst] < *told_[k]) worst = k;
+  }
+  const int n = dimension();
+  for (int i = 0; i < n; ++i) {
+    step_[i] = (bounds_.unfold(i, s.held[i]) - s.mean[i]) / (s.sigma * options_.scale[i]);
+  }
+  auto z = Z_.col(worst);
+  z.noalias() = s.B.transpose() * step_;
+  z = z.cwiseQuotient(s.D);
+  const double longest = std::sqrt(n) + 2.0 * n / (n + 2);
+  const double length = z.norm();
+  if (length > longest) z *= longest / length;
+  step_ = s.D.cwiseProduct(z);
+  Y_.col(worst).noalias() = s.B * step_;
+  X_.col(worst) = s.held;
+  told_[worst] = Told{0, s.held_cost};
+}
+
+void CmaEs::hold() {
+  const int best = order_[0];
+  if (told_[best]->rank_class != 0) return;
+  if (state_.held.size() > 0 && !(told_[best]->cost < state_.held_cost)) return;
+  state_.held = X_.col(best);
+  state_.held_cost = told_[best]->cost;
+}
+
 void CmaEs::adapt(int meaningful) {
   const CmaConstants& c = constants_;
   const int n = dimension();
   CmaState& s = state_;
 
-  // The better half of the meaningful shares the positive weights.
-  const int mu = std::max(1, std::min(c.mu, meaningful / 2));
+  // The better half of the meaningful shares the positive weights; of these, if options_ say so,
+  // the feasible.
+  int mu = std::max(1, std::min(c.mu, meaningful / 2));
+  if (options_.hold_feasible) {
+    int feasible = 0;
+    while (feasible < mu && told_[order_[feasible]]->rank_class == 0) ++feasible;
+    if (feasible > 0) mu = feasible;
+  }
   const auto positive = c.weights.head(mu);
   const double sum = positive.sum();
   const double mu_eff = sum * sum / positive.squaredNorm();
@@ -436,7 +497,8 @@ std::uint64_t CmaEs::fingerprint() const {
   }
   for (const int v : {o.lambda, int{o.active}, t.tolflatfitness, int{t.equalfunvals},
                       int{t.noeffectaxis}, int{t.noeffectcoord}, t.tolstagnation, t.maxiter,
-                      t.tolallfailed, o.accept ? o.max_draws : 0, o.feasible_first ? 1 : 0}) {
+                      t.tolallfailed, o.acceptance ? o.max_draws : 0, int{o.likeliest},
+                      int{o.feasible_first}, int{o.hold_feasible}, int{o.try_start}}) {
     w.integer(v);
   }
   w.integer(o.seed);
@@ -462,6 +524,10 @@ std::string CmaEs::save() const {
   w.integer(s.decomposed);
   w.integer(s.flat);
   w.integer(s.all_failed);
+  w.integer(s.refused);
+  w.integer(s.held.size() > 0);
+  if (s.held.size() > 0) w.reals(numbers(s.held));
+  w.real(s.held_cost);
   w.integer(s.stop.has_value());
   if (s.stop) {
     w.text(s.stop->reason);
@@ -508,6 +574,10 @@ void CmaEs::restore(std::string_view text) {
   s.decomposed = r.integer();
   s.flat = static_cast<int>(r.integer());
   s.all_failed = static_cast<int>(r.integer());
+  s.refused = r.integer();
+  s.held.resize(r.integer() != 0 ? n : 0);
+  if (s.held.size() > 0) r.reals(numbers(s.held));
+  s.held_cost = r.real();
   s.stop.reset();
   if (r.integer() != 0) {
     s.stop.emplace();

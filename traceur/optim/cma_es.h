@@ -3,7 +3,6 @@
 
 #include <functional>
 
-#include "traceur/core/random.h"
 #include "traceur/optim/bound_fold.h"
 #include "traceur/optim/cma_constants.h"
 #include "traceur/optim/optimizer.h"
@@ -62,11 +61,18 @@ struct CmaEsOptions {
   bool feasible_first = true;
   CmaTermination termination = {};
 
-  /// Looks at a point before it becomes a candidate; false: draw another, max_draws times at most,
-  /// the last draw is taken. Costs no trial. Its answer depends on x and the numbers it takes from
-  /// random only, until the generation has been told.
-  std::function<bool(const VectorXd& x, Random& random)> accept = {};
-  int max_draws = 100;
+  /// Once a feasible trial is known, stay with it: feasible trials alone pull the mean, and a
+  /// generation without one learns from the best feasible trial so far in place of its worst.
+  /// Needs feasible_first.
+  bool hold_feasible = false;
+  /// The first trial is x0 itself: whether it is feasible is worth more than one sample.
+  bool try_start = false;
+
+  /// The probability with which a draw at x becomes candidate k, asked before any trial is run:
+  /// refusing costs none. Depends on k and x only, until the generation has been told.
+  std::function<double(int k, const VectorXd& x)> acceptance = {};
+  int max_draws = 100;    ///< after so many refused draws one of them is taken all the same
+  bool likeliest = true;  ///< the likeliest of them; false: the last
 };
 
 /// Everything CMA-ES remembers from one generation to the next. Vectors are in units of scale
@@ -85,6 +91,9 @@ struct CmaState {
   std::uint64_t decomposed = 0;  ///< generation of the last decomposition
   int flat = 0;                  ///< generations in a row with equal costs only
   int all_failed = 0;            ///< generations in a row with failed trials only
+  std::uint64_t refused = 0;     ///< draws that acceptance refused, in the told generations
+  VectorXd held;                 ///< (n) the best feasible trial of hold_feasible; empty: none yet
+  double held_cost = 0;          ///< its cost
   std::optional<Stop> stop;      ///< as of the last told generation
 };
 
@@ -113,6 +122,11 @@ struct CmaState {
 /// ties by id. A failed trial never gets a positive weight, and
 /// half of a negative one: the better half of the trials with a meaningful cost share the positive
 /// weights, as if only these had been tried. If there are none, only the generation counter moves.
+///
+/// Held trial (options.hold_feasible). In a generation without a feasible trial the best feasible
+/// one so far, x_h, takes the place of the worst, with y = (x_h - m)/σ, shortened to
+/// ‖z‖ ≤ √n + 2n/(n+2) as for any injected solution [Hansen2011]: the search cannot lose the
+/// feasible region once it has seen it.
 ///
 /// Life: ask and tell as in Optimizer. stopped() is advice; after it, ask and tell still work.
 class CmaEs : public Optimizer {
@@ -159,6 +173,8 @@ class CmaEs : public Optimizer {
   std::uint64_t fingerprint() const;
   void drawSamples();
   void update();
+  void takeHeld();
+  void hold();
   void adapt(int meaningful);
   bool limitToBox();
   void decompose();
@@ -183,7 +199,9 @@ class CmaEs : public Optimizer {
   MatrixXd Z_, Y_, X_;      // (n x λ)
   std::vector<int> order_;  // (λ) best first
   VectorXd y_mean_, z_mean_, step_;
-  VectorXd coefficients_;  // (λ)
+  VectorXd coefficients_;          // (λ)
+  VectorXd likeliest_;             // (3n) z, y, x of the likeliest refused draw
+  std::uint64_t refused_now_ = 0;  // draws refused for the current generation
   SymmetricEigen eigen_;
 };
 

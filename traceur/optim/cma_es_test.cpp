@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/test_functions.h"
 
@@ -211,7 +212,7 @@ TEST(CmaEs, CapsTheGrowthOfTheStepAtE) {
   CmaEs cma({.x0 = VectorXd::Zero(2),
              .sigma = 1,
              .seed = 2,
-             .accept = [](const VectorXd& x, Random&) { return x[0] > 4; },
+             .acceptance = [](int, const VectorXd& x) { return x[0] > 4 ? 1.0 : 0; },
              .max_draws = INT_MAX});
   const double before = cma.state().sigma;
   step(cma, [](auto& x) { return Evaluation{.cost = x[1]}; });
@@ -491,14 +492,14 @@ TEST(CmaEs, FeasibilityCanBeLeftToTheCost) {
   EXPECT_THROW(by_cost.restore(first.save()), InputError);
 }
 
-TEST(CmaEs, AcceptDecidesWhatIsTried) {
-  const auto right = [](const VectorXd& x, Random&) { return x[0] > 0; };
-  CmaEs all({.x0 = VectorXd::Zero(3), .sigma = 1, .accept = [](auto&, Random&) { return true; }});
+TEST(CmaEs, AcceptanceDecidesWhatIsTried) {
+  const auto right = [](int, const VectorXd& x) { return x[0] > 0 ? 1.0 : 0; };
+  CmaEs all({.x0 = VectorXd::Zero(3), .sigma = 1, .acceptance = [](int, auto&) { return 1.0; }});
   CmaEs plain({.x0 = VectorXd::Zero(3), .sigma = 1});
-  CmaEs half({.x0 = VectorXd::Zero(3), .sigma = 1, .accept = right});
+  CmaEs half({.x0 = VectorXd::Zero(3), .sigma = 1, .acceptance = right});
   CmaEs none({.x0 = VectorXd::Zero(3),
               .sigma = 1,
-              .accept = [](auto&, Random&) { return false; },
+              .acceptance = [](int, auto&) { return 0.0; },
               .max_draws = 3});
   const auto x = [](CmaEs& cma) {
     std::vector<VectorXd> points;
@@ -515,10 +516,51 @@ TEST(CmaEs, AcceptDecidesWhatIsTried) {
   }
   EXPECT_GT(kept, 0);
   EXPECT_LT(kept, 7);
-  EXPECT_EQ(x(none).size(), 7);  // the last draw is taken
+  EXPECT_EQ(x(none).size(), 7);  // one of the refused draws is taken
+  // … the likeliest of them: of 400 from a normal distribution it is far out.
+  CmaEs far({.x0 = VectorXd::Zero(3),
+             .sigma = 1,
+             .acceptance = [](int, auto& p) { return 1e-9 * std::exp(p[0]); },
+             .max_draws = 400});
+  for (const VectorXd& point : x(far)) EXPECT_GT(point[0], 1.5);
+  step(far, [](auto&) { return Evaluation{.cost = 0}; });
+  EXPECT_EQ(far.state().refused, 7 * 400);
   // What is learned is what was drawn: the accepted points pull the mean to the right.
   step(half, [](auto&) { return Evaluation{.cost = 0}; });
   EXPECT_GT(half.mean()[0], 0);
+}
+
+TEST(CmaEs, TriesItsStartFirst) {
+  const VectorXd x0 = VectorXd::LinSpaced(4, 1, 2);
+  CmaEs cma({.x0 = x0, .sigma = 1, .try_start = true});
+  EXPECT_EQ(cma.ask()[0].x, x0);
+  EXPECT_NE(cma.ask()[1].x, x0);
+  step(cma, [](auto& x) { return Evaluation{.cost = sphere(x)}; });
+  EXPECT_NE(cma.ask()[0].x, cma.mean());
+}
+
+TEST(CmaEs, HoldsTheFeasibleTrialItKnows) {
+  // Feasible is a small ball about the start; the cost leads away from it.
+  const auto evaluate = [](const VectorXd& x) {
+    return Evaluation{.cost = x[0], .violated = {x.norm() > 0.3}};
+  };
+  CmaEs holding({.x0 = VectorXd::Zero(6), .sigma = 1, .hold_feasible = true, .try_start = true});
+  CmaEs free({.x0 = VectorXd::Zero(6), .sigma = 1, .try_start = true});
+  for (int g = 0; g < 150; ++g) {
+    step(holding, evaluate);
+    step(free, evaluate);
+  }
+  EXPECT_LT(holding.mean().norm(), 0.3 + 1e-3);
+  EXPECT_LT(holding.state().held_cost, -0.2);
+  EXPECT_GT(free.mean().norm(), 1);
+
+  // Feasible trials alone pull: with one of them, the mean goes there.
+  CmaEs one({.x0 = VectorXd::Zero(6), .sigma = 1, .hold_feasible = true});
+  const std::vector<Candidate> candidates = one.ask();
+  for (const Candidate& c : candidates) {
+    one.tell(c.id, {.cost = c.x[0], .violated = {c.id != candidates[3].id}});
+  }
+  EXPECT_LT((one.mean() - candidates[3].x).norm(), 1e-14);
 }
 
 TEST(CmaEs, RefusesWrongOptionsWithOneClearMessage) {
@@ -552,6 +594,8 @@ TEST(CmaEs, RefusesWrongOptionsWithOneClearMessage) {
             "cma-es: expected lambda in [2, 1000000], or 0 for the default, got 1");
   EXPECT_EQ(message({.x0 = x0, .lambda = -4}),
             "cma-es: expected lambda in [2, 1000000], or 0 for the default, got -4");
+  EXPECT_EQ(message({.x0 = x0, .feasible_first = false, .hold_feasible = true}),
+            "cma-es: hold_feasible needs feasible_first");
   EXPECT_EQ(message({.x0 = x0, .max_draws = 0}), "cma-es: expected max_draws ≥ 1, got 0");
   EXPECT_EQ(message({.x0 = x0, .termination = {.tolx = NAN}}),
             "cma-es: expected tolx ≥ 0, got nan");
@@ -571,7 +615,7 @@ TEST(CmaEs, RestoreRefusesWhatIsNotItsStateAndChangesNothing) {
   CmaEs seeded({.x0 = VectorXd::Ones(5), .sigma = 0.5, .seed = 2});
   CmaEs stopping({.x0 = VectorXd::Ones(5), .sigma = 0.5, .termination = {.tolx = 1e-3}});
   CmaEs choosy(
-      {.x0 = VectorXd::Ones(5), .sigma = 0.5, .accept = [](auto&, Random&) { return true; }});
+      {.x0 = VectorXd::Ones(5), .sigma = 0.5, .acceptance = [](int, auto&) { return 1.0; }});
   std::vector<std::string> foreign = {"", "hello", own.substr(0, own.size() / 2), own + "x",
                                       own.substr(1)};
   for (CmaEs* other : {&wider, &larger, &seeded, &stopping, &choosy}) {

@@ -9,11 +9,6 @@
 
 namespace traceur::optim {
 
-struct Trial {
-  VectorXd x;             ///< (n)
-  Evaluation evaluation;  ///< a cost that was NaN or +∞ reads +∞ here, and failed is set
-};
-
 /// What has been found so far. Also the part of a run that is stored beside the optimiser's state.
 struct Progress {
   int generation = 0;         ///< generations told

@@ -30,6 +30,12 @@ struct Evaluation {
 /// all equal. A strict weak order whatever the costs are.
 bool better(const Evaluation& a, const Evaluation& b);
 
+/// A point and what trying it said.
+struct Trial {
+  VectorXd x;             ///< (n)
+  Evaluation evaluation;  ///< from minimise(): a cost that was NaN or +∞ reads +∞, failed is set
+};
+
 /// A function to minimise inside a box. Implementations are called from several threads at once.
 class Problem {
  public:

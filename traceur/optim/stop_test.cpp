@@ -7,6 +7,7 @@
 #include <climits>
 #include <cmath>
 
+#include "traceur/core/random.h"
 #include "traceur/optim/cma_es.h"
 #include "traceur/optim/test_functions.h"
 
