@@ -9,6 +9,7 @@ find_package(nlohmann_json REQUIRED)
 find_package(SQLite3 REQUIRED)
 find_package(PNG REQUIRED)
 find_package(CLI11 REQUIRED)
+find_package(SVM REQUIRED)
 
 include(TraceurMujoco)
 
