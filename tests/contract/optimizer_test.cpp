@@ -270,7 +270,11 @@ TEST_P(OptimizerContract, RestoreReplacesWhateverWasThere) {
   const Problem& problem = suited(plain);
   const auto a = make(problem);
   for (int g = 0; g < 3; ++g) step(problem, *a);
+<<<<<<< HEAD
   a->tell(a->ask()[2].id, costing(3));
+=======
+  a->tell(a->ask().back().id, {.cost = 3});
+>>>>>>> cfeeb96 (Add the (1+1)-CMA-ES, and register it and CMA-C)
   // One that is elsewhere, has asked, and has been told some of it.
   const auto b = make(problem);
   for (int g = 0; g < 8; ++g) step(problem, *b);
@@ -292,7 +296,11 @@ TEST_P(OptimizerContract, RestoreRefusesForeignTextAndChangesNothing) {
   const Problem& problem = suited(plain);
   const auto optimizer = make(problem);
   for (int g = 0; g < 3; ++g) step(problem, *optimizer);
+<<<<<<< HEAD
   optimizer->tell(optimizer->ask()[1].id, costing(3));
+=======
+  optimizer->tell(optimizer->ask().back().id, {.cost = 3});
+>>>>>>> cfeeb96 (Add the (1+1)-CMA-ES, and register it and CMA-C)
   const std::string own = optimizer->save();
   const FunctionProblem plain_wider = boxed(6, sphere);
   const Problem& wider = suited(plain_wider);
@@ -313,7 +321,7 @@ TEST_P(OptimizerContract, TellRefusesUnknownIdsAndChangesNothing) {
   const std::vector<Candidate> now = optimizer->ask();
   optimizer->tell(now[0].id, costing(1));
   const std::string before = optimizer->save();
-  for (const std::uint64_t id : {old[0].id, now[0].id, now.back().id + 1, UINT64_MAX}) {
+  for (const std::uint64_t id : {old[0].id, now[0].id, now.back().id + 2, UINT64_MAX}) {
     EXPECT_THROW(optimizer->tell(id, {.cost = 0}), InputError) << id;
     EXPECT_EQ(optimizer->save(), before);
   }

@@ -14,6 +14,16 @@ const std::vector<OptimizerEntry>& allOptimizers() {
        [](const Problem& problem, const CommonOptions& common) -> std::unique_ptr<Optimizer> {
          return std::make_unique<CmaEs>(cmaEsOptions(problem, common));
        }},
+      {"cma-c",
+       "CMA-ES with a classifier for each constraint: learns from failures where not to try.",
+       [](const Problem& problem, const CommonOptions& common) -> std::unique_ptr<Optimizer> {
+         return std::make_unique<CmaC>(cmaCOptions(problem, common));
+       }},
+      {"one-plus-one",
+       "(1+1)-CMA-ES: one trial at a time; strong where constraints meet in a corner.",
+       [](const Problem& problem, const CommonOptions& common) -> std::unique_ptr<Optimizer> {
+         return std::make_unique<OnePlusOne>(onePlusOneOptions(problem, common));
+       }},
   };
   return kAll;
 }
@@ -36,6 +46,27 @@ CmaEsOptions cmaEsOptions(const Problem& problem, const CommonOptions& common) {
           .lower = problem.lower(),
           .upper = problem.upper(),
           .lambda = common.lambda,
+          .seed = common.seed,
+          .feasible_first = common.feasible_first};
+}
+
+CmaCOptions cmaCOptions(const Problem& problem, const CommonOptions& common) {
+  return {.cma = cmaEsOptions(problem, common),
+          .constraints = static_cast<int>(problem.constraints().size()),
+          .experience = common.experience};
+}
+
+OnePlusOneOptions onePlusOneOptions(const Problem& problem, const CommonOptions& common) {
+  if (common.lambda < 0) {
+    throw InputError(fmt::format("one-plus-one: expected lambda ≥ 0, got {}", common.lambda));
+  }
+  Start start = startOf(problem, common.x0);
+  return {.x0 = std::move(start.x0),
+          .sigma = common.sigma,
+          .scale = std::move(start.scale),
+          .lower = problem.lower(),
+          .upper = problem.upper(),
+          .constraints = static_cast<int>(problem.constraints().size()),
           .seed = common.seed,
           .feasible_first = common.feasible_first};
 }

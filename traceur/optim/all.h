@@ -7,20 +7,25 @@
 #include <string_view>
 #include <vector>
 
+#include "traceur/optim/cma_c.h"
 #include "traceur/optim/cma_es.h"
+#include "traceur/optim/one_plus_one.h"
 
 namespace traceur::optim {
 
 /// What every optimiser understands.
 struct CommonOptions {
   std::uint64_t seed = 1;
-  int lambda = 0;  ///< trials per generation; 0: the optimiser's default
+  int lambda = 0;  ///< trials per generation; 0: the optimiser's default. one-plus-one has 1
   /// The first standard deviation of variable i as a fraction of its box, upper - lower; of 1 where
   /// the box is not finite.
   double sigma = 0.3;
   VectorXd x0 = {};  ///< (n) where to begin; empty: the middle of the box. Without two bounds: 1
                      ///< inside the bound there is, or 0.
   bool feasible_first = true;  ///< rank feasible trials before infeasible ones, else all by cost
+  /// Trials run earlier with the same variables and constraints, for optimisers that learn from
+  /// failures (cma-c); others ignore them. New constraints of the problem come after the old ones.
+  std::vector<Trial> experience = {};
 };
 
 struct OptimizerEntry {
@@ -38,5 +43,7 @@ const OptimizerEntry& findOptimizer(std::string_view name);
 /// The common options as those of CMA-ES, every variable scaled by its box: for a caller who wants
 /// to change a detail.
 CmaEsOptions cmaEsOptions(const Problem& problem, const CommonOptions& common);
+CmaCOptions cmaCOptions(const Problem& problem, const CommonOptions& common);
+OnePlusOneOptions onePlusOneOptions(const Problem& problem, const CommonOptions& common);
 
 }  // namespace traceur::optim
