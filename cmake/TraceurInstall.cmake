@@ -8,9 +8,6 @@ configure_package_config_file(cmake/traceurConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/traceurConfig.cmake
-<<<<<<< HEAD
-  ${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake cmake/TraceurMujoco.cmake DESTINATION ${package_dir})
-=======
-  ${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake cmake/FindSVM.cmake DESTINATION ${package_dir})
->>>>>>> 67861b7 (Add CMA-C: CMA-ES that learns from its failures where not to try)
+  ${PROJECT_BINARY_DIR}/traceurConfigVersion.cmake cmake/FindSVM.cmake cmake/TraceurMujoco.cmake
+  DESTINATION ${package_dir})
 install(DIRECTORY models skills DESTINATION ${CMAKE_INSTALL_DATADIR}/traceur)

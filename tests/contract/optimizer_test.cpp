@@ -270,11 +270,7 @@ TEST_P(OptimizerContract, RestoreReplacesWhateverWasThere) {
   const Problem& problem = suited(plain);
   const auto a = make(problem);
   for (int g = 0; g < 3; ++g) step(problem, *a);
-<<<<<<< HEAD
-  a->tell(a->ask()[2].id, costing(3));
-=======
-  a->tell(a->ask().back().id, {.cost = 3});
->>>>>>> cfeeb96 (Add the (1+1)-CMA-ES, and register it and CMA-C)
+  a->tell(a->ask().back().id, costing(3));
   // One that is elsewhere, has asked, and has been told some of it.
   const auto b = make(problem);
   for (int g = 0; g < 8; ++g) step(problem, *b);
@@ -296,11 +292,7 @@ TEST_P(OptimizerContract, RestoreRefusesForeignTextAndChangesNothing) {
   const Problem& problem = suited(plain);
   const auto optimizer = make(problem);
   for (int g = 0; g < 3; ++g) step(problem, *optimizer);
-<<<<<<< HEAD
-  optimizer->tell(optimizer->ask()[1].id, costing(3));
-=======
-  optimizer->tell(optimizer->ask().back().id, {.cost = 3});
->>>>>>> cfeeb96 (Add the (1+1)-CMA-ES, and register it and CMA-C)
+  optimizer->tell(optimizer->ask().back().id, costing(3));
   const std::string own = optimizer->save();
   const FunctionProblem plain_wider = boxed(6, sphere);
   const Problem& wider = suited(plain_wider);

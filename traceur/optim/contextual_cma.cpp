@@ -24,9 +24,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// is as fast on the unimodal ones and far surer on the others].
 constexpr int kDefaultLambda = 32;
 constexpr int kMaxLambda = 1'000'000;
-/// Tasks that a generation draws samples for, a share of λ: with fewer than 2.7 samples each, ranks
-/// say nothing once the tasks have moved apart. Of more tasks, one of each stretch [ours].
-constexpr double kTasksPerSample = 3.0 / 8;
+/// Tasks that a generation draws samples for, a share of λ: with few samples each, ranks
+/// say little once the tasks have moved apart. Of more tasks, one of each stretch [ours].
+constexpr double kTasksPerSample = 3.0 / 16;
 /// Largest standard deviation as a fraction of the distance between two bounds, as CmaEs.
 constexpr double kWidestStep = 1.0 / 3;
 /// Of a failed trial's negative weight, as CmaEs.

@@ -5,6 +5,8 @@
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
 #include "traceur/optim/contextual_cma.h"
+#include "traceur/optim/curve_cma.h"
+#include "traceur/optim/family_baselines.h"
 
 namespace traceur::optim {
 
@@ -12,6 +14,14 @@ const std::vector<FamilyOptimizerEntry>& allFamilyOptimizers() {
   static const std::vector<FamilyOptimizerEntry> kAll = {
       {"contextual", "One normal distribution along a curve; every trial teaches all tasks.",
        makeContextualCma},
+      {"curve", "The dissertation's: a curve of means, a covariance for each task, elites.",
+       makeCurveCma},
+      {"cma", "CMA-ES over the curve's control points: each curve costs a trial for each task.",
+       makePhiCma},
+      {"individual", "CMA-ES for each task on its own, joined by straight lines.",
+       makeIndividualCma},
+      {"neighbours", "The same in turn, each beginning where its neighbour ended.",
+       makeNeighbourCma},
   };
   return kAll;
 }
