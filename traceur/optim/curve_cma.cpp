@@ -112,31 +112,31 @@ CurveCma::CurveCma(CurveCmaOptions options)
       bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
       w_(taskPositions(kKind, options_.tasks)) {
   constants_.c_cov = 2 / (static_cast<double>(n()) * n() + options_.c_cov_offset);
-  const int K = std::min(options_.control_points, M());
-  basis_.resize(M(), K);
-  for (int i = 0; i < M(); ++i) basis_.row(i) = bernstein(K, w_[i]).transpose();
+  const int K = std::min(options_.control_points, taskCount());
+  basis_.resize(taskCount(), K);
+  for (int i = 0; i < taskCount(); ++i) basis_.row(i) = bernstein(K, w_[i]).transpose();
   const MatrixXd inverse = basis_.completeOrthogonalDecomposition().pseudoInverse();
   fit_ = inverse.transpose();
-  residual_ = MatrixXd::Identity(M(), M()) - fit_ * basis_.transpose();
-  if (M() > K) {
+  residual_ = MatrixXd::Identity(taskCount(), taskCount()) - fit_ * basis_.transpose();
+  if (taskCount() > K) {
     MatrixXd X = basis_;
     if (K == 2) X.col(0).setOnes();  // x = p_1 + (p_2 - p_1) w
     const MatrixXd X_inverse = X.completeOrthogonalDecomposition().pseudoInverse();
     // (XᵀX)⁻¹ = X⁺ X⁺ᵀ
-    standard_error_ = X_inverse.rowwise().norm().sum() / std::sqrt(M() - K);
+    standard_error_ = X_inverse.rowwise().norm().sum() / std::sqrt(taskCount() - K);
   }
 
   CurveCmaState& s = state_;
   s.points = options_.x0.replicate(1, K);
   s.proposed = s.points;
   s.cost = kInfinity;
-  s.task_costs = VectorXd::Constant(M(), kNaN);
+  s.task_costs = VectorXd::Constant(taskCount(), kNaN);
   s.sigma =
       options_.step_size == StepSize::kVariance ? options_.sigma * options_.sigma : options_.sigma;
   s.p_success = constants_.p_target;
-  s.shapes.assign(M(), SuccessCovariance(n()));
-  s.elites.resize(M());
-  costs_ = MatrixXd::Constant(M(), count(), kNaN);
+  s.shapes.assign(taskCount(), SuccessCovariance(n()));
+  s.elites.resize(taskCount());
+  costs_ = MatrixXd::Constant(taskCount(), count(), kNaN);
   told_.assign(count(), false);
 }
 
@@ -164,12 +164,12 @@ std::vector<Candidate> CurveCma::ask() {
 void CurveCma::draw() {
   X_.resize(n(), count());
   if (state_.measuring) {
-    for (int i = 0; i < M(); ++i) X_.col(i) = pointAt(state_.proposed, i);
+    for (int i = 0; i < taskCount(); ++i) X_.col(i) = pointAt(state_.proposed, i);
   } else {
     VectorXd z(n());
     for (int k = 0; k < count(); ++k) {
       Random random(options_.seed, state_.generation, k);
-      const int task = static_cast<int>(random.below(M()));
+      const int task = static_cast<int>(random.below(taskCount()));
       for (double& value : z) value = random.normal();
       const VectorXd y = state_.shapes[task].L.triangularView<Eigen::Lower>() * z;
       const VectorXd mean = pointAt(state_.points, task);
@@ -190,10 +190,11 @@ void CurveCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   const auto k = static_cast<int>(id - state_.first_id);
   if (told_[k]) refuse("candidate {} has been told already", id);
   if (!evaluation.failed) {
-    if (static_cast<int>(evaluation.task_costs.size()) != M()) {
-      refuse("expected a trial's costs of {} tasks, got {}", M(), evaluation.task_costs.size());
+    if (static_cast<int>(evaluation.task_costs.size()) != taskCount()) {
+      refuse("expected a trial's costs of {} tasks, got {}", taskCount(),
+             evaluation.task_costs.size());
     }
-    for (int i = 0; i < M(); ++i) {
+    for (int i = 0; i < taskCount(); ++i) {
       if (meaningful(evaluation.task_costs[i])) costs_(i, k) = evaluation.task_costs[i];
     }
   }
@@ -212,14 +213,14 @@ void CurveCma::update() {
   ++state_.generation;
   state_.first_id += told;
   findStop();
-  costs_ = MatrixXd::Constant(M(), count(), kNaN);
+  costs_ = MatrixXd::Constant(taskCount(), count(), kNaN);
   told_.assign(count(), false);
   told_count_ = 0;
   drawn_ = false;
 }
 
 void CurveCma::remember(int candidate) {
-  for (int i = 0; i < M(); ++i) {
+  for (int i = 0; i < taskCount(); ++i) {
     const double cost = costs_(i, candidate);
     if (!meaningful(cost)) continue;
     auto& elites = state_.elites[i];
@@ -240,7 +241,7 @@ void CurveCma::learnCurve() {
 
   const bool first = !s.measured;
   if (first && options_.pool_first_curve) {
-    for (int i = 0; i < M(); ++i) remember(i);
+    for (int i = 0; i < taskCount(); ++i) remember(i);
   }
   if (!first) judge(cost < s.cost);
   if (first || cost < s.cost) {
@@ -277,7 +278,7 @@ void CurveCma::judge(bool success) {
   if (success) {
     const double p = options_.fresh_success_rate ? updated : s.p_success;
     const double unit = options_.normalised_steps ? deviation() : options_.sigma;
-    for (int i = 0; i < M(); ++i) {
+    for (int i = 0; i < taskCount(); ++i) {
       const VectorXd step = pointAt(s.proposed, i) - pointAt(s.points, i);
       s.shapes[i].learn(constants_, step.cwiseQuotient(options_.scale) / unit, p);
     }
@@ -289,12 +290,12 @@ void CurveCma::judge(bool success) {
 /// (n x M) the least costly of the groups tried, the first of equals.
 MatrixXd CurveCma::bestGroup() const {
   Random random(options_.seed, state_.generation, options_.lambda);  // no sample has this number
-  MatrixXd group(n(), M());
-  MatrixXd best(n(), M());
+  MatrixXd group(n(), taskCount());
+  MatrixXd best(n(), taskCount());
   double least = kInfinity;
   for (int g = 0; g < options_.groups; ++g) {
     double cost = 0;
-    for (int i = 0; i < M(); ++i) {
+    for (int i = 0; i < taskCount(); ++i) {
       const auto& elites = state_.elites[i];
       const bool top = g == 0 && options_.best_group_first;
       const auto& elite = elites[top ? 0 : random.below(elites.size())];
@@ -445,10 +446,10 @@ void CurveCma::restore(std::string_view text) {
     s.stop->value = r.real();
     s.stop->limit = r.real();
   }
-  const int size = s.measuring ? M() : options_.lambda;
+  const int size = s.measuring ? taskCount() : options_.lambda;
   std::vector<bool> told(size);
   for (int k = 0; k < size; ++k) told[k] = r.integer() != 0;
-  MatrixXd costs(M(), size);
+  MatrixXd costs(taskCount(), size);
   r.reals(numbers(costs));
   r.finish();
 

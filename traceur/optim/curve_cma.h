@@ -140,8 +140,8 @@ class CurveCma : public FamilyOptimizer {
 
  private:
   int n() const { return static_cast<int>(options_.x0.size()); }
-  int M() const { return static_cast<int>(w_.size()); }
-  int count() const { return state_.measuring ? M() : options_.lambda; }
+  int taskCount() const { return static_cast<int>(w_.size()); }
+  int count() const { return state_.measuring ? taskCount() : options_.lambda; }
   double deviation() const;
   VectorXd pointAt(const MatrixXd& points, int task) const;
   void draw();

@@ -147,7 +147,7 @@ int gridSteps(const VectorXd& w) {
 PhiCma::PhiCma(const VectorXd& tasks, int control_points, const CmaEsOptions& cma,
                const MatrixXd& phi0)
     : w_(taskPositions(kPhi, tasks)), n_(static_cast<int>(cma.x0.size())), cma_([&] {
-        const int K = std::min(control_points, M());
+        const int K = std::min(control_points, taskCount());
         if (K < 1) throw InputError(fmt::format("cma: expected control points ≥ 1, got {}", K));
         if (phi0.size() > 0 && (phi0.rows() != n_ || phi0.cols() != K)) {
           throw InputError(fmt::format("cma: expected phi0({} x {}), got ({} x {})", n_, K,
@@ -171,7 +171,8 @@ std::vector<Candidate> PhiCma::ask() {
   candidates.reserve(count() - told_count_);
   const std::vector<Candidate> curves = cma_.ask();
   for (int i = 0; i < count(); ++i) {
-    if (!told_[i]) candidates.push_back({firstId() + i, pointAt(curves[i / M()].x, i % M())});
+    if (!told_[i])
+      candidates.push_back({firstId() + i, pointAt(curves[i / taskCount()].x, i % taskCount())});
   }
   return candidates;
 }
@@ -179,15 +180,15 @@ std::vector<Candidate> PhiCma::ask() {
 void PhiCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   const size_t i = placeOf(kPhi, id, firstId(), told_.size());
   if (told_[i]) refuseAgain(kPhi, id);
-  told_[i] = costAt(kPhi, evaluation, static_cast<int>(i) % M(), M());
+  told_[i] = costAt(kPhi, evaluation, static_cast<int>(i) % taskCount(), taskCount());
   if (++told_count_ == count()) update();
 }
 
 void PhiCma::update() {
   const std::vector<Candidate> curves = cma_.ask();
   for (size_t k = 0; k < curves.size(); ++k) {
-    VectorXd costs(M());
-    for (int i = 0; i < M(); ++i) costs[i] = *told_[k * M() + i];
+    VectorXd costs(taskCount());
+    for (int i = 0; i < taskCount(); ++i) costs[i] = *told_[k * taskCount() + i];
     const Evaluation evaluation{.cost = costs.mean()};  // NaN if one is
     if (evaluation.meaningful() && (!best_ || evaluation.cost < best_->cost)) {
       best_.emplace();
@@ -249,15 +250,15 @@ IndividualCma::IndividualCma(IndividualCmaOptions options)
     refuse("warm_sigma", "finite and > 0", options_.warm_sigma);
   }
   if (options_.control_points > 0) {
-    const int K = std::min(options_.control_points, M());
-    MatrixXd basis(M(), K);
-    for (int i = 0; i < M(); ++i) basis.row(i) = bernstein(K, w_[i]).transpose();
+    const int K = std::min(options_.control_points, taskCount());
+    MatrixXd basis(taskCount(), K);
+    for (int i = 0; i < taskCount(); ++i) basis.row(i) = bernstein(K, w_[i]).transpose();
     fit_ = basis.completeOrthogonalDecomposition().pseudoInverse().transpose();
   } else {
     knots_ = gridSteps(w_) + 1;
   }
-  searches_.resize(M());
-  for (int i = 0; i < M(); ++i) {
+  searches_.resize(taskCount());
+  for (int i = 0; i < taskCount(); ++i) {
     if (options_.turn > 0 && i > 0) continue;
     searches_[i].x0 = options_.cma.x0;
     searches_[i].cma = searchFrom(i, options_.cma.x0);
@@ -280,12 +281,12 @@ std::unique_ptr<CmaEs> IndividualCma::searchFrom(int task, const VectorXd& x0) c
 /// The candidates of the generation that begins, in the order of their ids.
 std::vector<IndividualCma::Asked> IndividualCma::gather() const {
   std::vector<Asked> asked;
-  for (int i = 0; i < M(); ++i) {
+  for (int i = 0; i < taskCount(); ++i) {
     const Search& search = searches_[i];
     if (!search.cma || search.stop || (options_.turn > 0 && i != current_)) continue;
     for (Candidate& c : search.cma->ask()) asked.push_back({i, c.id, std::move(c.x), {}});
   }
-  for (int i = 0; i < M() && proposed_.size() > 0; ++i) {
+  for (int i = 0; i < taskCount() && proposed_.size() > 0; ++i) {
     const VectorXd x = proposed_ * bernstein(static_cast<int>(proposed_.cols()), w_[i]);
     const CmaEsOptions& o = options_.cma;
     asked.push_back({i, {}, x.cwiseMax(o.lower).cwiseMin(o.upper), {}});
@@ -304,12 +305,12 @@ std::vector<Candidate> IndividualCma::ask() {
 void IndividualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   Asked& asked = asked_[placeOf(kIndividual, id, first_id_, asked_.size())];
   if (asked.cost) refuseAgain(kIndividual, id);
-  asked.cost = costAt(kIndividual, evaluation, asked.task, M());
+  asked.cost = costAt(kIndividual, evaluation, asked.task, taskCount());
   if (++told_count_ == static_cast<int>(asked_.size())) update();
 }
 
 void IndividualCma::update() {
-  VectorXd curve_costs(M());
+  VectorXd curve_costs(taskCount());
   for (const Asked& asked : asked_) {
     const double cost = *asked.cost;
     if (!asked.inner) {
@@ -362,8 +363,8 @@ void IndividualCma::update() {
 void IndividualCma::passTurn() {
   if (--left_ > 0 && !searches_[current_].stop) return;
   left_ = options_.turn;
-  for (int step = 1; step <= M(); ++step) {
-    const int next = (current_ + step) % M();
+  for (int step = 1; step <= taskCount(); ++step) {
+    const int next = (current_ + step) % taskCount();
     Search& search = searches_[next];
     if (search.stop) continue;
     if (!search.cma) {
@@ -382,7 +383,7 @@ void IndividualCma::join() {
   family.curve.kind = Curve::Kind::kPolyline;
   family.curve.points.resize(options_.cma.x0.size(), knots_);
   double sum = 0;
-  for (int i = 0, knot = 0; i < M(); ++i) {
+  for (int i = 0, knot = 0; i < taskCount(); ++i) {
     const int last = static_cast<int>(std::lround(w_[i] * (knots_ - 1)));
     const int first = knot;
     for (; knot <= last; ++knot) {  // knots between two tasks lie on the straight line
@@ -394,14 +395,14 @@ void IndividualCma::join() {
     family.task_costs.push_back(searches_[i].cost);
     sum += searches_[i].cost;
   }
-  family.cost = sum / M();
+  family.cost = sum / taskCount();
   if (!best_ || family.cost < best_->cost) best_ = std::move(family);
 }
 
 /// The curve through every task's best by least squares, unless it has just been run.
 void IndividualCma::propose() {
-  MatrixXd bests(options_.cma.x0.size(), M());
-  for (int i = 0; i < M(); ++i) bests.col(i) = searches_[i].best;
+  MatrixXd bests(options_.cma.x0.size(), taskCount());
+  for (int i = 0; i < taskCount(); ++i) bests.col(i) = searches_[i].best;
   const MatrixXd points = (bests * fit_)
                               .cwiseMax(options_.cma.lower.replicate(1, fit_.cols()))
                               .cwiseMin(options_.cma.upper.replicate(1, fit_.cols()));
@@ -460,8 +461,8 @@ void IndividualCma::restore(std::string_view text) {
   other.first_id_ = r.integer();
   other.current_ = static_cast<int>(r.integer());
   other.left_ = static_cast<int>(r.integer());
-  if (other.current_ < 0 || other.current_ >= M()) refuse("of more tasks");
-  for (int i = 0; i < M(); ++i) {
+  if (other.current_ < 0 || other.current_ >= taskCount()) refuse("of more tasks");
+  for (int i = 0; i < taskCount(); ++i) {
     Search& search = other.searches_[i];
     search = {};
     if (r.integer() == 0) continue;

@@ -41,8 +41,8 @@ class PhiCma : public FamilyOptimizer {
   const CmaEs& cma() const { return cma_; }
 
  private:
-  int M() const { return static_cast<int>(w_.size()); }
-  int count() const { return cma_.constants().lambda * M(); }
+  int taskCount() const { return static_cast<int>(w_.size()); }
+  int count() const { return cma_.constants().lambda * taskCount(); }
   std::uint64_t firstId() const { return cma_.state().generation * count(); }
   VectorXd pointAt(const VectorXd& phi, int task) const;
   void update();
@@ -108,7 +108,7 @@ class IndividualCma : public FamilyOptimizer {
     std::optional<double> cost;  // at the task; NaN if the trial says nothing about it
   };
 
-  int M() const { return static_cast<int>(w_.size()); }
+  int taskCount() const { return static_cast<int>(w_.size()); }
   std::unique_ptr<CmaEs> searchFrom(int task, const VectorXd& x0) const;
   std::vector<Asked> gather() const;
   void update();

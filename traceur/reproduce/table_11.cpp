@@ -167,8 +167,7 @@ Table11Outcome runTable11(const Table11Row& row, Algorithm algorithm, std::uint6
   const auto optimizer = make(*problem, algorithm, seed);
   const optim::Summary summary = optim::minimise(
       *problem, *optimizer, {.budget = table11Budget(row), .target = kTable11Threshold});
-  const auto family = optimizer->best();
-  const double cost = family ? family->cost : kInfinity;
+  const double cost = optimizer->achieved().value_or(kInfinity);
   return {summary.progress.evaluations, cost, cost <= kTable11Threshold};
 }
 
