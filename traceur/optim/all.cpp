@@ -24,6 +24,15 @@ const std::vector<OptimizerEntry>& allOptimizers() {
        [](const Problem& problem, const CommonOptions& common) -> std::unique_ptr<Optimizer> {
          return std::make_unique<OnePlusOne>(onePlusOneOptions(problem, common));
        }},
+      {"ipop-cma-es", "CMA-ES that starts anew with a doubled population when it is stuck.",
+       [](const Problem& problem, const CommonOptions& common) -> std::unique_ptr<Optimizer> {
+         return std::make_unique<Restarts>(cmaEsOptions(problem, common));
+       }},
+      {"bipop-cma-es", "As ipop-cma-es, with small populations and steps in between.",
+       [](const Problem& problem, const CommonOptions& common) -> std::unique_ptr<Optimizer> {
+         return std::make_unique<Restarts>(cmaEsOptions(problem, common),
+                                           RestartOptions{.bipop = true});
+       }},
   };
   return kAll;
 }

@@ -10,6 +10,7 @@
 #include "traceur/optim/cma_c.h"
 #include "traceur/optim/cma_es.h"
 #include "traceur/optim/one_plus_one.h"
+#include "traceur/optim/restarts.h"
 
 namespace traceur::optim {
 

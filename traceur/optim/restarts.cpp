@@ -1,0 +1,155 @@
+#include "traceur/optim/restarts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "traceur/core/error.h"
+#include "traceur/core/hash.h"
+#include "traceur/core/random.h"
+#include "traceur/optim/state.h"
+
+namespace traceur::optim {
+namespace {
+
+constexpr std::string_view kKind = "restarts";
+constexpr std::uint64_t kStateVersion = 1;
+/// Random stream of the starts, and of the sizes of small descents.
+constexpr std::uint64_t kDescentStream = 0x64657363656e74;  // "descent"
+/// Beyond this λ no population grows: CMA-ES refuses larger ones.
+constexpr double kMaxLambda = 1'000'000;
+
+template <typename... Args>
+[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
+  throw InputError("restarts: " + fmt::format(format, std::forward<Args>(args)...));
+}
+
+}  // namespace
+
+Restarts::Restarts(CmaEsOptions options, RestartOptions restarts)
+    : options_(std::move(options)), restarts_(restarts) {
+  if (restarts_.restarts < 0) refuse("expected restarts ≥ 0, got {}", restarts_.restarts);
+  if (!(restarts_.growth >= 1 && std::isfinite(restarts_.growth))) {
+    refuse("expected growth ≥ 1, got {}", restarts_.growth);
+  }
+  const CmaEsOptions full = CmaEs(options_).options();  // checked, defaults filled in
+  options_.scale = full.scale;
+  options_.lower = full.lower;
+  options_.upper = full.upper;
+  options_.lambda = full.lambda;
+  s_.lambda = full.lambda;
+  s_.sigma = full.sigma;
+  cma_ = make(s_);
+}
+
+std::unique_ptr<CmaEs> Restarts::make(const State& state) const {
+  CmaEsOptions o = options_;
+  const std::uint64_t descent = state.descents - 1;
+  if (descent > 0) {
+    Random random(o.seed, kDescentStream, descent);
+    o.seed = random.bits();
+    o.lambda = static_cast<int>(state.lambda);
+    o.sigma = state.sigma;
+    for (int i = 0; i < o.x0.size(); ++i) {
+      const double l = o.lower[i];
+      const double u = o.upper[i];
+      if (std::isfinite(u - l)) {
+        o.x0[i] = std::clamp(random.uniform(l, u), l, u);
+      } else {
+        o.x0[i] = std::clamp(o.x0[i] + options_.sigma * o.scale[i] * random.normal(), l, u);
+      }
+    }
+  }
+  return std::make_unique<CmaEs>(std::move(o));
+}
+
+std::vector<Candidate> Restarts::ask() {
+  std::vector<Candidate> candidates = cma_->ask();
+  for (Candidate& c : candidates) c.id += s_.first_id;
+  return candidates;
+}
+
+void Restarts::tell(std::uint64_t id, const Evaluation& evaluation) {
+  if (id < s_.first_id) refuse("no candidate {}, the descent began at {}", id, s_.first_id);
+  const std::uint64_t generation = cma_->state().generation;
+  cma_->tell(id - s_.first_id, evaluation);
+  if (cma_->state().generation != generation) endGeneration();
+}
+
+void Restarts::endGeneration() {
+  const std::uint64_t used = cma_->state().generation * s_.lambda;
+  const bool spent = s_.small && 2 * used >= s_.latest_large;
+  const std::optional<Stop>& stop = cma_->state().stop;
+  if (!spent && (!stop || stop->reason == "tolallfailed")) return;
+
+  State next = s_;
+  next.first_id += used;
+  next.used[s_.small] += used;
+  if (!s_.small) next.latest_large = used;
+  ++next.descents;
+  const auto grown = [this](std::uint64_t k) {
+    return std::min(kMaxLambda, std::floor(options_.lambda * std::pow(restarts_.growth, k)));
+  };
+  // The first descent counts as neither: BIPOP goes on with a large one.
+  next.small = restarts_.bipop && s_.grown > 0 && next.used[1] < next.used[0];
+  if (next.small) {
+    Random random(options_.seed, kDescentStream + 1, next.descents);
+    const double u = random.uniform();
+    const double ratio = grown(s_.grown) / (2.0 * options_.lambda);
+    next.lambda = static_cast<std::uint64_t>(
+        std::max(2.0, std::floor(options_.lambda * std::pow(ratio, u * u))));
+    next.sigma = options_.sigma * std::pow(10, -2 * random.uniform());
+  } else {
+    if (s_.grown >= static_cast<std::uint64_t>(restarts_.restarts)) return;
+    next.grown = s_.grown + 1;
+    next.lambda = static_cast<std::uint64_t>(grown(next.grown));
+    next.sigma = options_.sigma;
+  }
+  s_ = next;
+  cma_ = make(s_);
+}
+
+std::uint64_t Restarts::fingerprint() const {
+  StateWriter w("options", kStateVersion);
+  w.integer(restarts_.restarts);
+  w.real(restarts_.growth);
+  w.integer(restarts_.bipop);
+  w.integer(options_.seed);
+  Hash hash;
+  hash.add(w.finish());
+  return hash.value();
+}
+
+std::string Restarts::save() const {
+  StateWriter w(kKind, kStateVersion);
+  w.integer(fingerprint());
+  for (const std::uint64_t v : {s_.descents, s_.grown, std::uint64_t{s_.small}, s_.lambda,
+                                s_.first_id, s_.used[0], s_.used[1], s_.latest_large}) {
+    w.integer(v);
+  }
+  w.real(s_.sigma);
+  w.text(cma_->save());
+  return w.finish();
+}
+
+void Restarts::restore(std::string_view text) {
+  StateReader r(text, kKind, kStateVersion);
+  if (r.integer() != fingerprint()) refuse("cannot restore a state saved under other options");
+  State s;
+  s.descents = r.integer();
+  s.grown = r.integer();
+  s.small = r.integer() != 0;
+  for (std::uint64_t* v : {&s.lambda, &s.first_id, &s.used[0], &s.used[1], &s.latest_large}) {
+    *v = r.integer();
+  }
+  s.sigma = r.real();
+  const std::string inner = r.text();
+  r.finish();
+  std::unique_ptr<CmaEs> cma = make(s);
+  cma->restore(inner);
+  s_ = s;
+  cma_ = std::move(cma);
+}
+
+}  // namespace traceur::optim
