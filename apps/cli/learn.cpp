@@ -106,13 +106,16 @@ int learn(const Arguments& arguments) {
   }
   const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
   const skill::SkillProblem problem(skill, o.task);
-  const auto optimiser = optim::findOptimizer(o.optimiser)
-                             .make(problem, {.seed = o.seed,
-                                             .lambda = o.population,
-                                             .sigma = o.step_size,
-                                             .x0 = skill->initialParameters(),
-                                             // A skill's cost says itself what a failure costs.
-                                             .feasible_first = false});
+  const auto optimiser =
+      optim::findOptimizer(o.optimiser)
+          .make(problem, {.seed = o.seed,
+                          .lambda = o.population,
+                          .sigma = o.step_size,
+                          .x0 = skill->initialParameters(),
+                          // A skill's cost says itself what a failure costs.
+                          .feasible_first = false,
+                          .experience = experienceOf(o.experience, problem.dimension(),
+                                                     problem.constraints())});
   const RunFile::Meta meta = toMeta(o, *skill);
   RunFile run = openRun(out, meta, a.resume);
   const optim::Summary summary =
@@ -156,6 +159,8 @@ void addLearn(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
   verb->add_option("--optimiser", o.optimiser, "Which search")->capture_default_str();
+  verb->add_option("--experience", o.experience,
+                   "A run file whose failures teach the optimiser cma-c where not to try");
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
   verb->add_option("--out", a->out, "Run file; default: runs/SKILL-TASK-seedN.run");

@@ -96,7 +96,12 @@ std::unique_ptr<optim::Optimizer> makeOptimiser(const Arguments& a, const optim:
                         .x0 = x0});
   }
   return optim::findOptimizer(a.optimiser)
-      .make(problem, {.seed = a.seed, .lambda = a.population, .sigma = a.step_size, .x0 = x0});
+      .make(problem,
+            {.seed = a.seed,
+             .lambda = a.population,
+             .sigma = a.step_size,
+             .x0 = x0,
+             .experience = experienceOf(a.experience, problem.dimension(), problem.constraints())});
 }
 
 RunFile::Meta toMeta(const Arguments& a, const ExternalFunction& f) {

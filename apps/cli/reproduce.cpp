@@ -50,7 +50,10 @@ nlohmann::ordered_json toJson(const RatioSummary& r) {
 }
 
 std::string asJson(const Table& t, const Summary& s) {
-  nlohmann::ordered_json j{{"table", t.name}, {"title", t.title}, {"protocol", t.protocol}};
+  nlohmann::ordered_json j{{"table", t.name},
+                           {"title", t.title},
+                           {"protocol", t.protocol},
+                           {"center", nameOf(t.center)}};
   for (size_t r = 0; r < t.rows.size(); ++r) {
     nlohmann::ordered_json row{{"row", t.rows[r].name}, {"quantity", t.rows[r].quantity}};
     for (size_t c = 0; c < t.columns.size(); ++c) {
@@ -78,7 +81,8 @@ std::string asJson(const Table& t, const Summary& s) {
 }
 
 std::string asText(const Table& t, const Summary& s) {
-  std::string text = fmt::format("{}: {}\n{}\n\n", t.name, t.title, t.protocol);
+  std::string text = fmt::format("{}: {}\n{}\nValues: {}, bootstrap 95 % interval.\n\n", t.name,
+                                 t.title, t.protocol, nameOf(t.center));
   const auto line = [&text](const std::string& what, double paper, double ours,
                             const Interval& interval, const std::string& missed) {
     text += fmt::format("  {:<44} {:>8} {:>9}  {:<20} {}\n", what, number(paper), number(ours),
@@ -110,7 +114,9 @@ std::string asText(const Table& t, const Summary& s) {
 }
 
 std::string asMarkdown(const Table& t, const Summary& s) {
-  std::string text = fmt::format("## {}\n\n{}\n\n{}\n\n| |", t.name, t.title, t.protocol);
+  std::string text = fmt::format(
+      "## {}\n\n{}\n\n{} Values: paper → **ours** ({}) with its bootstrap 95 % interval.\n\n| |",
+      t.name, t.title, t.protocol, nameOf(t.center));
   for (const Column& c : t.columns) text += fmt::format(" {} |", c.name);
   for (const Ratio& r : t.ratios) text += fmt::format(" {} |", r.name);
   text += "\n|---|";

@@ -127,6 +127,38 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
   return p;
 }
 
+std::vector<optim::Trial> experienceOf(const std::string& file, int n,
+                                       const std::vector<std::string>& constraints) {
+  std::vector<optim::Trial> trials;
+  if (file.empty()) return trials;
+  const RunFile run = RunFile::open(file, false);
+  const std::string names = ", " + required(run, "constraints") + ", ";
+  size_t known = 0;
+  while (known < constraints.size() &&
+         names.find(", " + constraints[known] + ", ") != std::string::npos) {
+    ++known;
+  }
+  if (known == 0) {
+    throw InputError(fmt::format("{}: knows nothing of the first constraint here: it has {}", file,
+                                 required(run, "constraints")));
+  }
+  for (const TrialRow& row : run.trials()) {
+    if (static_cast<int>(row.x.size()) != n) {
+      throw InputError(fmt::format("{}: its trials have {} variables, here there are {}", file,
+                                   row.x.size(), n));
+    }
+    optim::Trial trial;
+    trial.x = Eigen::Map<const Eigen::VectorXd>(row.x.data(), row.x.size());
+    trial.evaluation.cost = row.cost;
+    trial.evaluation.failed = row.failed;
+    for (size_t i = 0; i < known; ++i) {
+      trial.evaluation.violated.push_back(violates(row, constraints[i]));
+    }
+    trials.push_back(std::move(trial));
+  }
+  return trials;
+}
+
 const std::vector<std::string>& outcomeKeys() {
   static const std::vector<std::string> kKeys = {"stop", "achieved", "ended", "hash"};
   return kKeys;

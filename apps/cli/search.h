@@ -38,6 +38,15 @@ bool violates(const TrialRow& row, const std::string& name);
 /// The stored trials as a state to resume from.
 optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& constraints);
 
+/// The trials of an earlier run, to learn from where constraints are violated.
+/// @param file         "" for none
+/// @param n            variables of the search at hand
+/// @param constraints  its constraints. What is learnt from are those at the front that the earlier
+///                     run knew by the same name; new ones come after
+/// @throws InputError for a file that is no run, or one with other variables or constraints
+std::vector<optim::Trial> experienceOf(const std::string& file, int n,
+                                       const std::vector<std::string>& constraints);
+
 /// A value stored in meta.
 /// @throws InputError when the run does not have it
 std::string required(const RunFile& run, const std::string& key);

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include "traceur/core/error.h"
+#include "traceur/core/text.h"
 #include "traceur/core/toml.h"
 
 namespace traceur::cli {
 
 RunFile::Meta toMeta(const LearnOptions& o, const skill::Skill& skill) {
+  std::vector<std::string> constraints;
+  for (const skill::Failure& f : skill.failures) constraints.push_back(f.name);
   std::string parameters;
   for (const ParamSpec& p : skill.parameters) {
     parameters += fmt::format("{}{} [{}]", parameters.empty() ? "" : ", ", p.name, p.unit);
@@ -25,6 +28,8 @@ RunFile::Meta toMeta(const LearnOptions& o, const skill::Skill& skill) {
           {"seed", fmt::format("{}", o.seed)},
           {"budget", fmt::format("{}", o.budget)},
           {"optimiser", o.optimiser},
+          {"experience", o.experience},
+          {"constraints", join(constraints)},
           {"population", fmt::format("{}", o.population)},
           {"step_size", fmt::format("{}", o.step_size)}};
 }

@@ -18,6 +18,7 @@ struct LearnOptions {
   std::uint64_t seed = 1;
   int budget = 2000;
   std::string optimiser = "cma-es";
+  std::string experience;  ///< a run file whose failures teach the optimiser; "" for none
   int population = 16;     ///< even, for two threads; the dissertation's λ [Ha2015, §7.4]
   double step_size = 0.2;  ///< first standard deviation, as a fraction of each range [ours]
 };

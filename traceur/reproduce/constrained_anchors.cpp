@@ -111,7 +111,7 @@ struct Algorithm {
 const std::vector<Algorithm>& algorithms() {
   static const std::vector<Algorithm> kAll = {
       {{"resampling", "CMA-ES that draws until the trial is feasible; every trial counts."}, {}},
-      {{"CMA-ES, feasible first", "CMA-ES, feasible trials ranked first."},
+      {{"CMA-ES feasible first", "CMA-ES, feasible trials ranked first."},
        [](const optim::CmaEsOptions& o, int) -> std::unique_ptr<optim::Optimizer> {
          return std::make_unique<optim::CmaEs>(o);
        }},

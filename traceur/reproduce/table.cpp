@@ -36,8 +36,10 @@ int indexOf(const std::vector<T>& named, const std::string& name) {
   return found == named.end() ? -1 : static_cast<int>(found - named.begin());
 }
 
-double center(const Sample& values, double trim) {
-  return trim > 0 ? trimmedMean(values, trim) : mean(values);
+double center(const Sample& values, Center c) {
+  return c == Center::kMean          ? mean(values)
+         : c == Center::kTrimmedMean ? trimmedMean(values, 1.0 / 9)
+                                     : median(values);
 }
 
 double printedRatio(const Table& t, const Ratio& ratio, size_t row) {
@@ -196,9 +198,9 @@ Summary summarise(const Results& results) {
       if (!t.columns[c].printed.empty()) cell.printed = t.columns[c].printed[r];
       if (cell.runs > 0) {
         cell.missed = results.missed(static_cast<int>(r), static_cast<int>(c));
-        cell.value = center(sample, t.trim);
+        cell.value = center(sample, t.center);
         cell.interval =
-            bootstrap({&sample, 1}, [&](const auto& drawn) { return center(drawn[0], t.trim); });
+            bootstrap({&sample, 1}, [&](const auto& drawn) { return center(drawn[0], t.center); });
       }
       summary.cells[r].push_back(cell);
     }
@@ -221,7 +223,7 @@ Summary summarise(const Results& results) {
     const auto statistic = [&](std::span<const Sample> drawn) {
       std::vector<double> each;
       for (size_t i = 0; i < drawn.size(); i += 2) {
-        each.push_back(center(drawn[i], t.trim) / center(drawn[i + 1], t.trim));
+        each.push_back(center(drawn[i], t.center) / center(drawn[i + 1], t.center));
       }
       return geometricMean(each);
     };
@@ -245,6 +247,12 @@ Summary summarise(const Results& results) {
     summary.groups.push_back(std::move(group));
   }
   return summary;
+}
+
+std::string_view nameOf(Center center) {
+  return center == Center::kMean          ? "mean"
+         : center == Center::kTrimmedMean ? "mean without the ninth of runs at either end"
+                                          : "median";
 }
 
 const Table& findTable(std::string_view name) {

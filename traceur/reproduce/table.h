@@ -47,6 +47,16 @@ struct Ratio {
   std::vector<double> printed = {};  ///< a row each; empty: what the columns' printed values give
 };
 
+/// What stands for a cell's runs.
+enum class Center {
+  kMean,
+  kTrimmedMean,  ///< without the ninth of runs at either end: seven of nine [Ha2015, §7.4.2]
+  kMedian
+};
+
+/// The word for it: "trimmed mean".
+std::string_view nameOf(Center center);
+
 struct Table {
   std::string name;      ///< the word a person types: "table-7"
   std::string title;     ///< a sentence
@@ -54,7 +64,7 @@ struct Table {
   std::vector<Row> rows;
   std::vector<Column> columns;
   std::vector<Ratio> ratios;
-  double trim = 0;  ///< share of runs left out at either end before the mean is taken
+  Center center = Center::kMean;
   /// Pure, and callable from several threads.
   std::function<Outcome(int row, int column, std::uint64_t seed)> run;
 };
@@ -111,13 +121,13 @@ class Results {
 struct CellSummary {
   int runs = 0;
   int missed = 0;
-  double value = 0;  ///< mean, trimmed as the table says
+  double value = 0;  ///< the table's Center of the runs
   Interval interval;
   double printed = kNotPrinted;
 };
 
 struct RatioSummary {
-  double value = 0;  ///< of the two means
+  double value = 0;  ///< of the two cells' values
   Interval interval;
   double printed = kNotPrinted;
 };

@@ -130,7 +130,7 @@ std::unique_ptr<optim::FamilyOptimizer> make(const optim::Problem& problem, Algo
                                            uniform(random, 2 * n, 0.5).reshaped(n, 2));
   }
   return optim::findFamilyOptimizer("contextual")
-      .make(problem, {.seed = seed, .sigma = 1, .x0 = VectorXd::Zero(n)});
+      .make(problem, {.seed = seed, .sigma = 0.5, .x0 = VectorXd::Zero(n)});
 }
 
 }  // namespace
@@ -169,13 +169,6 @@ Table11Outcome runTable11(const Table11Row& row, Algorithm algorithm, std::uint6
       *problem, *optimizer, {.budget = table11Budget(row), .target = kTable11Threshold});
   const double cost = optimizer->achieved().value_or(kInfinity);
   return {summary.progress.evaluations, cost, cost <= kTable11Threshold};
-}
-
-double trimmedMean(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const auto cut = std::lround(static_cast<double>(values.size()) / 9);
-  const double sum = std::accumulate(values.begin() + cut, values.end() - cut, 0.0);
-  return sum / static_cast<double>(static_cast<long>(values.size()) - 2 * cut);
 }
 
 }  // namespace traceur::reproduce

@@ -26,7 +26,7 @@ namespace traceur::reproduce {
 /// All but the sphere have 0.1 Σ max(0, |x_i| - 1)² on top. There are no bounds.
 enum class Function { kSphere, kBentCigar, kWeierstrass, kSchwefel };
 
-/// What one row says, as printed. Measured over seeds 1 … 90, as trimmedMean(), with 95 % intervals
+/// What one row says, as printed. Measured over seeds 1 … 90, as trimmed means, with 95 % intervals
 /// of 1000 resamples:
 ///
 ///                     dissertation's       CMA-ES               ratio (printed)
@@ -70,7 +70,7 @@ std::unique_ptr<optim::Problem> table11Problem(const Table11Row& row, std::uint6
 enum class Algorithm {
   kCurve,       ///< optim::table11CurveCma() from the origin
   kCma,         ///< optim::PhiCma without active weights, λ = 16, σ = 1, from ±0.5 uniform
-  kContextual,  ///< optim::findFamilyOptimizer("contextual") with σ = 1
+  kContextual,  ///< optim::findFamilyOptimizer("contextual") with σ = 0.5
 };
 
 /// One run.
@@ -84,9 +84,5 @@ struct Table11Outcome {
 /// start and the samples; equal seeds give equal runs.
 /// @throws InputError if there is no such algorithm in this build
 Table11Outcome runTable11(const Table11Row& row, Algorithm algorithm, std::uint64_t seed);
-
-/// The mean without the least and the greatest ninth of the values (one of nine, as the
-/// dissertation's mean of seven of nine runs), rounded to whole runs at each end.
-double trimmedMean(std::vector<double> values);
 
 }  // namespace traceur::reproduce

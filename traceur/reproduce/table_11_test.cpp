@@ -70,10 +70,5 @@ TEST(Table11, RunsReachTheThresholdAndRepeat) {
   }
 }
 
-TEST(TrimmedMean, DropsANinthAtEachEnd) {
-  EXPECT_EQ(trimmedMean({100, 2, 3, 4, 5, 6, 7, 8, -50}), 5);
-  EXPECT_EQ(trimmedMean({1, 3}), 2);
-}
-
 }  // namespace
 }  // namespace traceur::reproduce

@@ -131,7 +131,9 @@ TEST(Tables, AreWholeAndPure) {
     SCOPED_TRACE(t.name);
     EXPECT_EQ(&findTable(t.name), &t);
     EXPECT_FALSE(t.protocol.empty());
+    for (const Row& r : t.rows) EXPECT_EQ(r.name.find(','), std::string::npos) << r.name;
     for (const Column& c : t.columns) {
+      EXPECT_EQ(c.name.find(','), std::string::npos) << c.name;
       EXPECT_GT(c.seeds, 0);
       EXPECT_GE(c.full, c.seeds);
       EXPECT_TRUE(c.printed.empty() || c.printed.size() == t.rows.size()) << c.name;

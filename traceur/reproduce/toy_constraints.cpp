@@ -41,15 +41,15 @@ std::span<const ToyRow> toyRows() {
   constexpr auto kTriangle = Shape::kTriangle;
   constexpr auto kUndulation = Noise::kUndulation;
   static const std::array<ToyRow, 10> kRows = {{
-      {"Toy1, ratio 200", "7, 8", kTriangle, Noise::kRandom, 7.5, 0, 0, 663.2, 144.8},
-      {"Toy1, ratio 50", "8", kTriangle, Noise::kRandom, 7.0, 0, 0, 237.2, 153.2},
-      {"Toy1, ratio 800", "8", kTriangle, Noise::kRandom, 7.75, 0, 0, 1343.6, 200.0},
-      {"Toy2, k 2, w 10", "7, 9", kTriangle, kUndulation, 7.5, 2, 10, 1026.4, 229.6},
-      {"Toy2, k 1, w 10", "9", kTriangle, kUndulation, 7.5, 1, 10, 638.8, 195.2},
-      {"Toy2, k 4, w 10", "9", kTriangle, kUndulation, 7.5, 4, 10, 1820.4, 309.2},
-      {"Toy2, k 1, w 20", "9", kTriangle, kUndulation, 7.5, 1, 20, 735.2, 220.0},
-      {"Toy2, k 2, w 20", "9", kTriangle, kUndulation, 7.5, 2, 20, 1079.6, 272.0},
-      {"Toy2, k 4, w 20", "9", kTriangle, kUndulation, 7.5, 4, 20, 1574.8, 348.0},
+      {"Toy1 ratio 200", "7, 8", kTriangle, Noise::kRandom, 7.5, 0, 0, 663.2, 144.8},
+      {"Toy1 ratio 50", "8", kTriangle, Noise::kRandom, 7.0, 0, 0, 237.2, 153.2},
+      {"Toy1 ratio 800", "8", kTriangle, Noise::kRandom, 7.75, 0, 0, 1343.6, 200.0},
+      {"Toy2 k=2 w=10", "7, 9", kTriangle, kUndulation, 7.5, 2, 10, 1026.4, 229.6},
+      {"Toy2 k=1 w=10", "9", kTriangle, kUndulation, 7.5, 1, 10, 638.8, 195.2},
+      {"Toy2 k=4 w=10", "9", kTriangle, kUndulation, 7.5, 4, 10, 1820.4, 309.2},
+      {"Toy2 k=1 w=20", "9", kTriangle, kUndulation, 7.5, 1, 20, 735.2, 220.0},
+      {"Toy2 k=2 w=20", "9", kTriangle, kUndulation, 7.5, 2, 20, 1079.6, 272.0},
+      {"Toy2 k=4 w=20", "9", kTriangle, kUndulation, 7.5, 4, 20, 1574.8, 348.0},
       {"Toy3", "7", Shape::kL, kUndulation, 0, 2, 10, 1027.2, 205.2},
   }};
   return kRows;
@@ -127,7 +127,7 @@ const std::vector<Algorithm>& algorithms() {
                                       .tolx = kCollapsed,
                                       .restarts = kToyCap});
        }},
-      {{"CMA-ES, feasible first", "CMA-ES, feasible trials first, restarted when collapsed."},
+      {{"CMA-ES feasible first", "CMA-ES, feasible trials first, restarted when collapsed."},
        [](const VectorXd& x0, std::uint64_t seed) -> std::unique_ptr<optim::Optimizer> {
          optim::CmaEsOptions o = cmaEs(x0, seed, true);
          o.termination.tolx = kCollapsed;

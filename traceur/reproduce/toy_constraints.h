@@ -22,7 +22,7 @@ struct ToyRow {
   enum class Shape { kTriangle, kL };
   enum class Noise { kRandom, kUndulation };
 
-  std::string name;    ///< "Toy1, ratio 200"
+  std::string name;    ///< "Toy1 ratio 200"
   std::string tables;  ///< where it is printed: "7, 8"
   Shape shape = Shape::kTriangle;
   Noise noise = Noise::kRandom;
