@@ -56,7 +56,6 @@ CmaCOptions complete(CmaCOptions o) {
   checkCount("restarts", o.restarts, 0);
   if (!(o.collapsed >= 0)) refuse("expected collapsed ≥ 0, got {}", o.collapsed);
   checkCount("tours", o.tours, 0);
-  checkCount("starved", o.starved, 0);
   for (size_t i = 0; i < o.experience.size(); ++i) {
     const Trial& trial = o.experience[i];
     if (trial.x.size() != n) {
@@ -272,23 +271,19 @@ void CmaC::tell(std::uint64_t id, const Evaluation& evaluation) {
 }
 
 void CmaC::endGeneration() {
-  bool starved = true;
   for (std::optional<Labelled>& trial : told_) {
-    if (!judge(*trial)) starved = false;
+    judge(*trial);
     addKnown(std::move(*trial));
     trial.reset();
   }
   s_.seen_feasible = s_.seen_feasible || s_.told_feasible;
   s_.told_feasible = false;
-  s_.starved = starved ? s_.starved + 1 : 0;
   ++s_.generation;
   prepared_ = false;
   if (options_.constraints > 0) endDescent();
 }
 
-/// @return whether some violation was expected and found
-bool CmaC::judge(const Labelled& trial) {
-  bool foreseen = false;
+void CmaC::judge(const Labelled& trial) {
   for (int j = 0; j < options_.constraints; ++j) {
     const Label label = trial.labels[j];
     s_.violated = s_.violated || label == kViolated;
@@ -299,9 +294,7 @@ bool CmaC::judge(const Labelled& trial) {
     ++report.judged;
     report.agreed += agreed;
     report.agreement += kAgreementRate * ((agreed ? 1 : 0) - report.agreement);
-    foreseen = foreseen || (agreed && label == kViolated);
   }
-  return foreseen;
 }
 
 void CmaC::endDescent() {
@@ -310,10 +303,8 @@ void CmaC::endDescent() {
   if (stopped && s.stop->reason == "tolallfailed") return;
   const bool collapsed = options_.cma.feasible_first &&
                          s.sigma * s.D.maxCoeff() < options_.collapsed * options_.cma.sigma;
-  const bool starved = options_.cma.feasible_first && options_.starved > 0 &&
-                       s_.starved >= static_cast<std::uint64_t>(options_.starved);
-  const bool lost = (collapsed || starved) && !s_.seen_feasible;
-  if (!stopped && !collapsed && !lost) return;
+  const bool lost = collapsed && !s_.seen_feasible;
+  if (!stopped && !collapsed) return;
   const auto left = [this] {
     return s_.violated && s_.descents <= static_cast<std::uint64_t>(options_.restarts);
   };
@@ -347,7 +338,6 @@ void CmaC::endDescent() {
 void CmaC::beginDescent() {
   s_.descent = s_.descents++;
   s_.seen_feasible = false;
-  s_.starved = 0;
   cma_ = makeDescent(s_.descent);
 }
 
@@ -364,7 +354,7 @@ std::uint64_t CmaC::fingerprint() const {
   }
   for (const int v :
        {o.constraints, o.least_labels, int{o.balanced}, int{o.width_at_first_use}, int{o.follow},
-        o.neighbours, o.most_points, o.restarts, o.tours, o.starved, o.cma.max_draws}) {
+        o.neighbours, o.most_points, o.restarts, o.tours, o.cma.max_draws}) {
     w.integer(v);
   }
   for (const Trial& trial : o.experience) {
@@ -384,7 +374,7 @@ std::string CmaC::save() const {
   for (const std::uint64_t v :
        {s_.generation, s_.descents, s_.descent, s_.refused, std::uint64_t{s_.violated},
         std::uint64_t{s_.seen_feasible}, std::uint64_t{s_.told_feasible},
-        std::uint64_t{s_.exploring}, s_.starved, s_.toured, s_.best_descent}) {
+        std::uint64_t{s_.exploring}, s_.toured, s_.best_descent}) {
     w.integer(v);
   }
   w.real(s_.best_cost);
@@ -429,7 +419,6 @@ void CmaC::restore(std::string_view text) {
   for (bool* flag : {&s.violated, &s.seen_feasible, &s.told_feasible, &s.exploring}) {
     *flag = r.integer() != 0;
   }
-  s.starved = r.integer();
   s.toured = r.integer();
   s.best_descent = r.integer();
   s.best_cost = r.real();

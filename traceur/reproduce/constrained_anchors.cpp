@@ -125,10 +125,6 @@ const std::vector<Algorithm>& algorithms() {
                                       .constraints = constraints,
                                       .seed = o.seed});
        }},
-      {{"CMA-C 2015", "CMA-C as printed."},
-       [](const optim::CmaEsOptions& o, int constraints) -> std::unique_ptr<optim::Optimizer> {
-         return std::make_unique<optim::CmaC>(optim::dissertationCmaC(o, constraints));
-       }},
       {{"CMA-C", "CMA-C with Traceur's defaults."},
        [](const optim::CmaEsOptions& o, int constraints) -> std::unique_ptr<optim::Optimizer> {
          return std::make_unique<optim::CmaC>(

@@ -22,10 +22,10 @@ TEST(AnchorProblem, BestKnownPointsAreFeasibleAndBest) {
 
 TEST(RunAnchor, CmaCSolvesThemWithFewInfeasibleTrials) {
   for (const int anchor : {0, 2, 3, 4}) {
-    const AnchorOutcome o = runAnchor(anchor, 4, 1);
+    const AnchorOutcome o = runAnchor(anchor, 3, 1);
     EXPECT_TRUE(o.solved) << anchors()[anchor].name;
     EXPECT_LT(o.infeasible, o.rollouts / 2);
-    EXPECT_EQ(o.rollouts, runAnchor(anchor, 4, 1).rollouts);
+    EXPECT_EQ(o.rollouts, runAnchor(anchor, 3, 1).rollouts);
   }
 }
 

@@ -118,14 +118,12 @@ const std::vector<Algorithm>& algorithms() {
        }},
       {{"(1+1)-CMA-ES", "(1+1)-CMA-ES, fewer violations first, restarted when collapsed."},
        [](const VectorXd& x0, std::uint64_t seed) -> std::unique_ptr<optim::Optimizer> {
-         return std::make_unique<optim::OnePlusOne>(
-             optim::OnePlusOneOptions{.x0 = x0,
-                                      .sigma = kSigma,
-                                      .constraints = 2,
-                                      .seed = seed,
-                                      .active_constraints = false,
-                                      .tolx = kCollapsed,
-                                      .restarts = kToyCap});
+         return std::make_unique<optim::OnePlusOne>(optim::OnePlusOneOptions{.x0 = x0,
+                                                                             .sigma = kSigma,
+                                                                             .constraints = 2,
+                                                                             .seed = seed,
+                                                                             .tolx = kCollapsed,
+                                                                             .restarts = kToyCap});
        }},
       {{"CMA-ES feasible first", "CMA-ES, feasible trials first, restarted when collapsed."},
        [](const VectorXd& x0, std::uint64_t seed) -> std::unique_ptr<optim::Optimizer> {
