@@ -26,7 +26,7 @@ struct CmaCOptions {
   double alpha = 4;
   /// A classifier is there once it has so many trials of each label [ours; not printed].
   int least_labels = 1;
-  /// The rarer label counts for more, so that both weigh the same. Without, one run in four of
+  /// The rarer label counts for more, so that both weigh the same. Without, one run in five of
   /// ratio 800 loses the feasible region to a classifier that refuses everything.
   bool balanced = true;
 
