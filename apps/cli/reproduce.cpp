@@ -9,6 +9,8 @@
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
+#include "traceur/render/figure.h"
+#include "traceur/reproduce/figure_28.h"
 #include "traceur/reproduce/table.h"
 
 namespace traceur::cli {
@@ -152,7 +154,62 @@ std::string asMarkdown(const Table& t, const Summary& s) {
   return text + "\n";
 }
 
+/// The printed preset and the default side by side, on Toy3.
+int drawFigure28(const Arguments& a) {
+  const std::string out = a.out.empty() ? "runs/figure-28.png" : a.out;
+  render::Figure figure;
+  figure.title = "What CMA-C takes to be feasible of Toy3 (grey), after a run";
+  figure.columns = 2;
+  figure.width = 1200;
+  figure.panel_height = 560;
+  nlohmann::ordered_json j{{"figure", "figure-28"}, {"seed", a.first_seed}, {"file", out}};
+  for (const char* algorithm : {"CMA-C 2015", "CMA-C"}) {
+    const LearnedRegion r = learnRegion(algorithm, a.first_seed);
+    render::Panel panel;
+    // Under the panel: over it stands the legend.
+    panel.xlabel =
+        fmt::format("{}: {} trials, {:.0f} % of the region right, {:.0f} % of the L found",
+                    algorithm, r.x.size(), 100 * r.precision, 100 * r.recall);
+    panel.ylabel = "y";
+    render::Series learned{"learned", {}, {}, render::Style::kPoints, {}, {}, render::kGrey};
+    constexpr double kCell = (LearnedRegion::kHigh - LearnedRegion::kLow) / LearnedRegion::kCells;
+    for (size_t c = 0; c < r.learned.size(); ++c) {
+      if (!r.learned[c]) continue;
+      const auto cell = static_cast<int>(c);
+      learned.x.push_back(LearnedRegion::kLow + (cell % LearnedRegion::kCells + 0.5) * kCell);
+      learned.y.push_back(LearnedRegion::kLow + (cell / LearnedRegion::kCells + 0.5) * kCell);
+    }
+    render::Series good{"feasible trials", {}, {}, render::Style::kPoints};
+    render::Series bad{"infeasible", {}, {}, render::Style::kCrosses};
+    for (size_t t = 0; t < r.x.size(); ++t) {
+      const bool inside = std::min(r.x[t], r.y[t]) >= LearnedRegion::kLow &&
+                          std::max(r.x[t], r.y[t]) <= LearnedRegion::kHigh;
+      if (!inside) continue;
+      render::Series& trials = r.feasible[t] ? good : bad;
+      trials.x.push_back(r.x[t]);
+      trials.y.push_back(r.y[t]);
+    }
+    const render::Series truth{
+        "truth", {3, 3.5, 3.5, 4, 4, 3, 3}, {3.5, 3.5, 3, 3, 4, 4, 3.5}, render::Style::kLine};
+    for (const render::Series& series : {learned, truth, good, bad}) {
+      if (!series.x.empty()) panel.series.push_back(series);
+    }
+    figure.panels.push_back(std::move(panel));
+    j["learned"].push_back({{"algorithm", algorithm},
+                            {"trials", r.x.size()},
+                            {"precision", r.precision},
+                            {"recall", r.recall}});
+  }
+  if (const auto folder = std::filesystem::path(out).parent_path(); !folder.empty()) {
+    std::filesystem::create_directories(folder);
+  }
+  render::writeFigure(figure, out);
+  fmt::print("{}\n", a.json ? j.dump(2) : out);
+  return kDone;
+}
+
 int reproduceTable(const Arguments& a) {
+  if (a.name == "figure-28") return drawFigure28(a);
   const Table& table = findTable(a.name);
   const std::string out = a.out.empty() ? fmt::format("runs/{}.csv", table.name) : a.out;
   Interrupt interrupt;  // before any other thread
@@ -192,6 +249,7 @@ void addReproduce(CLI::App& program, int& exit_code) {
       "reproduce", "Run a published table again; print the paper's numbers beside ours.");
   std::vector<std::string> names;
   for (const Table& t : allTables()) names.push_back(t.name);
+  names.push_back("figure-28");
   verb->add_option("TABLE", a->name, "One of: " + join(names))->required();
   auto* seeds = verb->add_option("--seeds", a->seeds, "Runs of each cell; default: minutes in all")
                     ->check(CLI::Range(1, 100'000));
@@ -201,7 +259,7 @@ void addReproduce(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0, 1024));
   verb->add_option("--out", a->out,
                    "CSV of every run; runs it already has are not made again. Default: "
-                   "runs/TABLE.csv");
+                   "runs/TABLE.csv. Of a figure: the picture, .png or .svg");
   verb->add_flag("--no-run", a->no_run, "Only sum up what the CSV has");
   auto* json = verb->add_flag("--json", a->json, "Print one JSON object");
   verb->add_flag("--markdown", a->markdown, "Print a Markdown section")->excludes(json);
@@ -211,7 +269,8 @@ void addReproduce(CLI::App& program, int& exit_code) {
       "  traceur reproduce table-7\n"
       "  traceur reproduce table-11 --seeds 30 --out table-11.csv     # Ctrl-C, then again: goes "
       "on\n"
-      "  traceur reproduce table-11 --no-run --out docs/reproduction/table-11.csv");
+      "  traceur reproduce table-11 --no-run --out docs/reproduction/table-11.csv\n"
+      "  traceur reproduce figure-28 --seed 3 --out figure-28.png");
   verb->callback([a, &exit_code] { exit_code = reproduceTable(*a); });
 }
 

@@ -76,6 +76,38 @@ if [ -e /dev/full ]; then
   expect 1 '/dev/full' -- inspect bioloid-gp --mjcf /dev/full
 fi
 
+expect 2 'no table or figure "table-12"' 'table-11' -- reproduce table-12
+expect 2 '--seeds' -- reproduce table-7 --seeds 0
+expect 2 'excludes' -- reproduce table-7 --seeds 3 --full
+expect 1 'none.csv' -- reproduce table-7 --no-run --out "$dir/none.csv"
+echo 'x,y' >"$dir/foreign.csv"
+expect 2 'foreign.csv:1' -- reproduce table-7 --no-run --out "$dir/foreign.csv"
+
+disc="python3 examples/disc.py"
+minimise="minimise --var x=-2:2 --var y=-2:2"
+expect 2 'is not below' -- minimise --var x=2:-2 -- $disc
+expect 2 'NAME=MIN:MAX' -- minimise --var x -- $disc
+expect 2 '"one" is not a number' -- minimise --var x=0:one -- $disc
+expect 2 'outside [0, 1]' -- minimise --var x=0:1:3 -- $disc
+expect 2 '"x" is named twice' -- minimise --var x=0:1 --var x=0:1 -- $disc
+expect 2 'FIRST:LAST:COUNT' -- $minimise --tasks 3 --out "$dir/m.run" -- $disc
+expect 2 'no optimiser "sgd"' -- $minimise --optimiser sgd --out "$dir/m.run" -- $disc
+expect 2 'no --constraint "outside"' 'asked:' -- $minimise --out "$dir/m.run" -- $disc
+expect 1 'cannot run nonesuch' -- $minimise --out "$dir/m.run" -- nonesuch
+expect 2 'exit 3' -- $minimise --out "$dir/m.run" -- sh -c 'read x; exit 3'
+expect 2 'answered "cost"' 'not a number' -- $minimise --out "$dir/m.run" -- sh -c 'while read x; do echo cost; done'
+expect 2 'no trial gave a cost' -- $minimise --out "$dir/failing.run" -- sh -c 'while read x; do echo failed; done'
+expect 2 'no such run file' -- $minimise --constraint outside --experience "$dir/none.run" --out "$dir/m.run" -- $disc
+if [ -e "$dir/m.run" ]; then
+  echo "a refused search left a file behind"
+  failures=$((failures + 1))
+fi
+"$traceur" $minimise --constraint outside --budget 120 --out "$dir/disc.run" --json -- $disc 2>/dev/null |
+  python3 -c 'import json, sys; d = json.load(sys.stdin); sys.exit(not (d["feasible"] and d["best_cost"] < -1.2))' ||
+  { echo "minimise --json: not the object it should be"; failures=$((failures + 1)); }
+"$traceur" $minimise --constraint outside --budget 60 --experience "$dir/disc.run" --out "$dir/taught.run" --quiet -- $disc ||
+  { echo "minimise --experience: failed"; failures=$((failures + 1)); }
+
 # --json: one object, and only that, on standard output.
 "$traceur" learn "$nod" --budget 32 --out "$dir/c.run" --json 2>/dev/null |
   python3 -c 'import json, sys; d = json.load(sys.stdin); sys.exit(not (d["evaluations"] == 32 and d["run"].endswith("c.run") and d["unit"] == "rad"))' ||

@@ -45,7 +45,9 @@ Table toyTable(const std::string& name, const std::string& number, const std::st
       cma_c.push_back(row.printed_cma_c);
     }
   }
-  for (const ToyAlgorithm& a : toyAlgorithms()) t.columns.push_back({a.name, 20, 200, {}});
+  for (const ToyAlgorithm& a : toyAlgorithms()) {
+    t.columns.push_back({a.name, 20, a.name == "CMA-ES" ? 200 : 100, {}});  // it scatters most
+  }
   const int plain = columnOf(t, "CMA-ES");
   const int printed = columnOf(t, "CMA-C 2015");
   const int ours = columnOf(t, "CMA-C");
@@ -56,7 +58,7 @@ Table toyTable(const std::string& name, const std::string& number, const std::st
     t.ratios.push_back({std::string(other) + " / CMA-C", columnOf(t, other), ours});
   }
   t.run = [cells](int row, int column, std::uint64_t seed) {
-    const ToyOutcome o = runToy(cells[row].row, column, seed, cells[row].stop);
+    const ToyOutcome o = runToy(cells[row].row, column, seed, cells[row].stop).first;
     return Outcome{static_cast<double>(o.evaluations), o.missed};
   };
   return t;
@@ -79,7 +81,7 @@ Table constrainedTable() {
   for (const char* what : {"rollouts", "infeasible"}) {
     for (const Anchor& a : anchors()) t.rows.push_back({a.name + " " + what, what, what});
   }
-  for (const AnchorAlgorithm& a : anchorAlgorithms()) t.columns.push_back({a.name, 11, 101, {}});
+  for (const AnchorAlgorithm& a : anchorAlgorithms()) t.columns.push_back({a.name, 11, 51, {}});
   t.ratios = {{"resampling / CMA-C", columnOf(t, "resampling"), columnOf(t, "CMA-C")}};
   t.run = [](int row, int column, std::uint64_t seed) {
     const int count = static_cast<int>(anchors().size());

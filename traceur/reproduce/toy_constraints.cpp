@@ -147,7 +147,9 @@ std::span<const ToyAlgorithm> toyAlgorithms() {
   return kAll;
 }
 
-ToyOutcome runToy(int row, int algorithm, std::uint64_t seed, ToyStop stop) {
+std::pair<ToyOutcome, std::unique_ptr<optim::Optimizer>> runToy(
+    int row, int algorithm, std::uint64_t seed, ToyStop stop,
+    const std::function<void(const optim::Candidate&, const optim::Evaluation&)>& on_trial) {
   if (row < 0 || row >= static_cast<int>(toyRows().size())) {
     throw InputError(fmt::format("toy constraints: expected a row in [0, {}], got {}",
                                  toyRows().size() - 1, row));
@@ -161,27 +163,30 @@ ToyOutcome runToy(int row, int algorithm, std::uint64_t seed, ToyStop stop) {
   Random random(seed, kStartStream);
   VectorXd x0(2);
   for (double& x : x0) x = random.uniform(-kDomain, kDomain);
-  const auto optimizer = algorithms()[algorithm].make(x0, seed);
+  std::unique_ptr<optim::Optimizer> optimizer = algorithms()[algorithm].make(x0, seed);
 
   ToyOutcome outcome;
   int close_in_a_row = 0;
   while (outcome.evaluations < kToyCap) {
     for (const optim::Candidate& c : optimizer->ask()) {
       const optim::Evaluation evaluation = problem.evaluate(c.x);
+      if (on_trial) on_trial(c, evaluation);
       ++outcome.evaluations;
       outcome.infeasible += !evaluation.feasible();
       close_in_a_row = (c.x - optimum).norm() <= kRadius ? close_in_a_row + 1 : 0;
       if (stop == ToyStop::kReached && evaluation.feasible() && problem.smoothCost(c.x) < kClose) {
-        return outcome;
+        return {outcome, std::move(optimizer)};
       }
       optimizer->tell(c.id, evaluation);
     }
     // Eight in a row: with λ = 8 all of a generation.
-    if (stop == ToyStop::kCollapsed && close_in_a_row >= kLambda) return outcome;
+    if (stop == ToyStop::kCollapsed && close_in_a_row >= kLambda) {
+      return {outcome, std::move(optimizer)};
+    }
   }
   outcome.evaluations = kToyCap;
   outcome.missed = true;
-  return outcome;
+  return {outcome, std::move(optimizer)};
 }
 
 }  // namespace traceur::reproduce

@@ -1,10 +1,13 @@
 // The dissertation's toy problems: a small feasible corner, and costs that noise blurs.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
-#include "traceur/optim/problem.h"
+#include "traceur/optim/optimizer.h"
 
 namespace traceur::reproduce {
 
@@ -81,7 +84,11 @@ struct ToyAlgorithm {
 std::span<const ToyAlgorithm> toyAlgorithms();
 
 /// One run. Equal seeds give every algorithm the same start and the same noise.
+/// @param on_trial  sees every trial, if given
+/// @return the outcome, and the optimiser as the run left it
 /// @throws InputError for a row or an algorithm there is not
-ToyOutcome runToy(int row, int algorithm, std::uint64_t seed, ToyStop stop = ToyStop::kCollapsed);
+std::pair<ToyOutcome, std::unique_ptr<optim::Optimizer>> runToy(
+    int row, int algorithm, std::uint64_t seed, ToyStop stop = ToyStop::kCollapsed,
+    const std::function<void(const optim::Candidate&, const optim::Evaluation&)>& on_trial = {});
 
 }  // namespace traceur::reproduce

@@ -49,8 +49,8 @@ TEST(ToyProblem, NoiseIsFreshForEveryPointAndPure) {
 TEST(RunToy, DependsOnItsArgumentsOnly) {
   for (size_t a = 0; a < toyAlgorithms().size(); ++a) {
     for (const ToyStop stop : {ToyStop::kCollapsed, ToyStop::kReached}) {
-      const ToyOutcome one = runToy(1, static_cast<int>(a), 3, stop);
-      const ToyOutcome two = runToy(1, static_cast<int>(a), 3, stop);
+      const ToyOutcome one = runToy(1, static_cast<int>(a), 3, stop).first;
+      const ToyOutcome two = runToy(1, static_cast<int>(a), 3, stop).first;
       EXPECT_EQ(one.evaluations, two.evaluations);
       EXPECT_LE(one.evaluations, kToyCap);
       EXPECT_EQ(one.missed, one.evaluations == kToyCap && one.missed);
@@ -64,8 +64,8 @@ TEST(RunToy, ClassifiersSaveMostTrials) {
   double plain = 0;
   double learned = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    plain += runToy(0, 0, seed).evaluations;
-    learned += runToy(0, 2, seed).evaluations;
+    plain += runToy(0, 0, seed).first.evaluations;
+    learned += runToy(0, 2, seed).first.evaluations;
   }
   EXPECT_LT(learned, plain / 2);
 }
