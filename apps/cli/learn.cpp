@@ -4,12 +4,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/search.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/optim/all.h"
+#include "traceur/optim/family.h"
 #include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
 
@@ -29,6 +31,7 @@ struct Arguments {
 };
 
 std::string defaultOut(const Skill& skill, const LearnOptions& o) {
+  if (!o.tasks.empty()) return fmt::format("runs/{}-family-seed{}.run", skill.name, o.seed);
   return fmt::format("runs/{}-{}-seed{}.run", skill.name, o.task, o.seed);
 }
 
@@ -93,17 +96,90 @@ void report(const Arguments& a, const Skill& skill, const optim::Summary& summar
              out, out);
 }
 
+void requireInRange(const Skill& skill, double task, const char* option) {
+  if (task >= skill.task.min && task <= skill.task.max) return;
+  throw InputError(fmt::format("{} {} {}: {} asks for {} within [{}, {}]", option, task,
+                               skill.task.unit, skill.name, skill.task.name, skill.task.min,
+                               skill.task.max));
+}
+
+void report(const Arguments& a, const Skill& skill, const optim::Summary& summary,
+            const Eigen::VectorXd& tasks, const optim::Family& family, const std::string& out) {
+  const optim::Progress& p = summary.progress;
+  if (a.json) {
+    nlohmann::ordered_json j{{"skill", skill.name},
+                             {"tasks", std::vector<double>(tasks.begin(), tasks.end())},
+                             {"unit", skill.task.unit},
+                             {"cost", family.cost},
+                             {"task_costs", family.task_costs},
+                             {"evaluations", p.evaluations},
+                             {"diverged", p.failed},
+                             {"stop", summary.stop.reason},
+                             {"seed", a.options.seed},
+                             {"run", out}};
+    fmt::print("{}\n", j.dump(2));
+    return;
+  }
+  if (a.quiet) return;
+  fmt::print("{}: a family over {} {:g} to {:g} {}, mean cost {:.3g}\n", skill.name,
+             skill.task.name, tasks[0], tasks[tasks.size() - 1], skill.task.unit, family.cost);
+  for (Eigen::Index i = 0; i < tasks.size(); ++i) {
+    fmt::print("  {:<8.4g} cost {:.3g}\n", tasks[i], family.task_costs[i]);
+  }
+  fmt::print("  {} trials, ended: {}\n", p.evaluations, words(summary.stop));
+  fmt::print("  run file   {}\n  perform    traceur perform {} --task {:g}\n", out, out,
+             tasks[tasks.size() / 2]);
+}
+
+/// One skill for a range of tasks.
+int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
+                Interrupt& interrupt) {
+  LearnOptions o = a.options;
+  const Eigen::VectorXd tasks = toTasks(o.tasks, "--tasks");
+  requireInRange(*skill, tasks[0], "--tasks");
+  requireInRange(*skill, tasks[tasks.size() - 1], "--tasks");
+  const skill::SkillProblem problem(skill, tasks);
+  const auto optimiser = optim::findFamilyOptimizer(o.optimiser)
+                             .make(problem, {.seed = o.seed,
+                                             .control_points = o.curve == "cubic" ? 4 : 2,
+                                             .lambda = o.population,
+                                             .sigma = o.step_size,
+                                             .x0 = skill->initialParameters()});
+  const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
+  RunFile run = openRun(out, toMeta(o, *skill), a.resume);
+  const optim::Summary summary = search(run, problem, *optimiser,
+                                        {.title = skill->name + " family",
+                                         .threads = a.threads,
+                                         .budget = o.budget,
+                                         .target = skill->target_cost,
+                                         .stop = interrupt.token(),
+                                         .quiet = a.quiet || a.json});
+  run.setMeta({{"stop", words(summary.stop)}});
+  const std::optional<optim::Family> family = optimiser->best();
+  if (family) report(a, *skill, summary, tasks, *family, out);
+  if (summary.end == optim::End::kInterrupted) {
+    fmt::print(stderr, "stopped; the same command with --resume goes on\n");
+    return kInterrupted;
+  }
+  if (family) return kDone;
+  fmt::print(stderr,
+             "traceur: the budget ended before a curve could be run; --budget {} was given\n",
+             o.budget);
+  return kFailed;
+}
+
 int learn(const Arguments& arguments) {
   Arguments a = arguments;
   LearnOptions& o = a.options;
   Interrupt interrupt;  // before any other thread
   const std::shared_ptr<const Skill> skill = Skill::fromFile(o.skill_file);
+  const bool family = !o.tasks.empty();
+  if (family && a.task) throw InputError("--task is for one task, --tasks for a family");
+  if (o.optimiser.empty()) o.optimiser = family ? "contextual" : "cma-es";
+  if (o.population < 0) o.population = family ? 0 : kPopulation;
+  if (family) return learnFamily(a, skill, interrupt);
   o.task = a.task.value_or(skill->task.initial);
-  if (!(o.task >= skill->task.min && o.task <= skill->task.max)) {
-    throw InputError(fmt::format("--task {} {}: {} asks for {} within [{}, {}]", o.task,
-                                 skill->task.unit, skill->name, skill->task.name, skill->task.min,
-                                 skill->task.max));
-  }
+  requireInRange(*skill, o.task, "--task");
   const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
   const skill::SkillProblem problem(skill, o.task);
   const auto optimiser =
@@ -147,18 +223,27 @@ void addLearn(CLI::App& program, int& exit_code) {
   verb->add_option("SKILL", o.skill_file, "Skill file (TOML)")->required();
   verb->add_option("--task", a->task,
                    "What to ask for, in the skill's own unit; default: the file's");
+  verb->add_option(
+      "--tasks", o.tasks,
+      "FIRST:LAST:COUNT: learn a family, one curve of parameters for a range of tasks");
+  verb->add_option("--curve", o.curve, "Of a family: linear or cubic")
+      ->check(CLI::IsMember({"linear", "cubic"}))
+      ->capture_default_str();
   verb->add_option("--seed", o.seed, "Equal seeds give equal runs")->capture_default_str();
   verb->add_option("--budget", o.budget, "Trials in all; the last generation is finished")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
-  verb->add_option("--population", o.population, "Trials per generation")
-      ->check(CLI::Range(2, 100'000))
-      ->capture_default_str();
+  verb->add_option(
+          "--population", o.population,
+          fmt::format("Trials per generation; default: {}, of a family the optimiser's own",
+                      kPopulation))
+      ->check(CLI::Range(2, 100'000));
   verb->add_option("--step-size", o.step_size,
                    "First standard deviation, as a fraction of each parameter's range")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
-  verb->add_option("--optimiser", o.optimiser, "Which search")->capture_default_str();
+  verb->add_option("--optimiser", o.optimiser,
+                   "Which search; default: cma-es, of a family contextual");
   verb->add_option("--experience", o.experience,
                    "A run file whose failures teach the optimiser cma-c where not to try");
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
@@ -172,6 +257,7 @@ void addLearn(CLI::App& program, int& exit_code) {
       "  traceur learn skills/bioloid-gp/jump.toml\n"
       "  traceur learn skills/bioloid-gp/jump.toml --task 0.07 --seed 3 --out runs/high.run\n"
       "  traceur learn skills/bioloid-gp/jump.toml --resume        # after Ctrl-C\n"
+      "  traceur learn skills/bioloid-gp/jump.toml --tasks 0.03:0.08:6 --budget 3000\n"
       "Exit code: 0 done, 1 failed, 2 wrong use, 130 stopped by Ctrl-C.");
   verb->callback([a, &exit_code] { exit_code = learn(*a); });
 }

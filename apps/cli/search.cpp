@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <utility>
 
+#include "apps/cli/family_run.h"
 #include "apps/cli/progress.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
@@ -34,6 +37,18 @@ std::string note(const optim::Progress& p) {
   std::string text = fmt::format("best {:.3g}", p.best->evaluation.cost);
   if (!p.best->evaluation.feasible()) text += " (failing)";
   if (p.failed > 0) text += fmt::format("  {} without a cost", p.failed);
+  return text;
+}
+
+/// What each task costs on the best curve, while there is room; else their mean and the worst.
+std::string note(const optim::Family& family) {
+  constexpr size_t kRoom = 8;
+  std::string text = fmt::format("mean {:.2g}, tasks", family.cost);
+  if (family.task_costs.size() > kRoom) {
+    return fmt::format("mean {:.2g}, worst task {:.2g}", family.cost,
+                       *std::max_element(family.task_costs.begin(), family.task_costs.end()));
+  }
+  for (const double cost : family.task_costs) text += fmt::format(" {:.1g}", cost);
   return text;
 }
 
@@ -90,10 +105,14 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
   options.on_generation = [&](const optim::Generation& g) {
     // What was found before is no longer the outcome.
     if (!std::exchange(forgot, true)) run.forget({"best"}, outcomeKeys());
+    RunFile::Meta progress;
+    const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(&g.optimizer);
+    const std::optional<optim::Family> best = family ? family->best() : std::nullopt;
+    if (best) progress["family"] = toText(*best);
     run.appendGeneration(g.progress.generation - 1,
                          rowsOf(g.trials, g.progress.generation - 1, constraints),
-                         g.optimizer.save(), {});
-    line.update(g.progress.evaluations, note(g.progress), "trials/s");
+                         g.optimizer.save(), progress);
+    line.update(g.progress.evaluations, best ? note(*best) : note(g.progress), "trials/s");
   };
   try {
     return optim::minimise(problem, optimiser, options, start);

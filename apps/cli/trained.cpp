@@ -27,6 +27,8 @@ RunFile::Meta toMeta(const LearnOptions& o, const skill::Skill& skill) {
           {"task_unit", skill.task.unit},
           {"seed", fmt::format("{}", o.seed)},
           {"budget", fmt::format("{}", o.budget)},
+          {"tasks", o.tasks},
+          {"curve", o.tasks.empty() ? "" : o.curve},
           {"optimiser", o.optimiser},
           {"experience", o.experience},
           {"constraints", join(constraints)},

@@ -11,15 +11,20 @@
 
 namespace traceur::cli {
 
+/// Trials per generation of one task: even, for two threads; the dissertation's λ [Ha2015, §7.4].
+inline constexpr int kPopulation = 16;
+
 /// The options that decide a run's bits. Threads are not among them.
 struct LearnOptions {
   std::string skill_file;
   double task = 0;
+  std::string tasks;             ///< "FIRST:LAST:COUNT": a family is learned; "" for one task
+  std::string curve = "linear";  ///< of a family: "linear" or "cubic"
   std::uint64_t seed = 1;
   int budget = 2000;
-  std::string optimiser = "cma-es";
+  std::string optimiser;   ///< "": cma-es, of a family contextual
   std::string experience;  ///< a run file whose failures teach the optimiser; "" for none
-  int population = 16;     ///< even, for two threads; the dissertation's λ [Ha2015, §7.4]
+  int population = -1;  ///< trials per generation; -1: kPopulation, of a family the optimiser's own
   double step_size = 0.2;  ///< first standard deviation, as a fraction of each range [ours]
 };
 

@@ -4,7 +4,7 @@ namespace traceur::cli {
 
 const std::vector<AddVerb>& allVerbs() {
   static const std::vector<AddVerb> kVerbs = {
-      addLearn, addShow, addRender, addPlot, addInspect, addMinimise, addReproduce,
+      addLearn, addPerform, addShow, addRender, addPlot, addInspect, addMinimise, addReproduce,
   };
   return kVerbs;
 }

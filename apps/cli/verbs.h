@@ -13,6 +13,7 @@ enum ExitCode { kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130 };
 using AddVerb = void (*)(CLI::App& program, int& exit_code);
 
 void addLearn(CLI::App& program, int& exit_code);
+void addPerform(CLI::App& program, int& exit_code);
 void addShow(CLI::App& program, int& exit_code);
 void addRender(CLI::App& program, int& exit_code);
 void addPlot(CLI::App& program, int& exit_code);

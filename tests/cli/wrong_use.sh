@@ -76,6 +76,21 @@ if [ -e /dev/full ]; then
   expect 1 '/dev/full' -- inspect bioloid-gp --mjcf /dev/full
 fi
 
+expect 2 'FIRST:LAST:COUNT' -- learn "$nod" --tasks 0:1 --out "$dir/k.run"
+expect 2 '[0, 1]' -- learn "$nod" --tasks 0:2:3 --out "$dir/k.run"
+expect 2 'contextual' -- learn "$nod" --tasks 0:1:3 --optimiser cma-es --out "$dir/k.run"
+expect 2 'for a family' -- learn "$nod" --tasks 0:1:3 --task 0.5 --out "$dir/k.run"
+"$traceur" learn "$nod" --tasks 0:1:3 --budget 200 --out "$dir/k.run" --quiet || failures=$((failures + 1))
+expect 2 'another tasks' -- learn "$nod" --tasks 0:1:4 --budget 200 --out "$dir/k.run" --resume
+expect 2 'learned for 0 to 1' -- perform "$dir/k.run" --task 1.5
+expect 2 'expected --task or --sweep' -- perform "$dir/k.run"
+expect 2 'not a family' -- perform "$dir/b.run" --task 0.5
+"$traceur" perform "$dir/k.run" --task 0.2,0.4 --json --no-picture |
+  python3 -c 'import json, sys; d = json.load(sys.stdin)["performed"]; sys.exit(not (len(d) == 2 and all(abs(p["error"]) < 0.2 for p in d)))' ||
+  { echo "perform --json: not the object it should be"; failures=$((failures + 1)); }
+"$traceur" perform "$dir/k.run" --sweep 5 --no-picture --json >/dev/null && [ "$(wc -l <"$dir/k-sweep.csv")" -eq 7 ] ||
+  { echo "perform --sweep: no table of five"; failures=$((failures + 1)); }
+
 expect 2 'no table or figure "table-12"' 'table-11' -- reproduce table-12
 expect 2 '--seeds' -- reproduce table-7 --seeds 0
 expect 2 'excludes' -- reproduce table-7 --seeds 3 --full

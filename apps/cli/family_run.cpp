@@ -1,0 +1,78 @@
+#include "apps/cli/family_run.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/arguments.h"
+#include "apps/cli/search.h"
+#include "traceur/core/error.h"
+#include "traceur/skill/skill_problem.h"
+
+namespace traceur::cli {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+VectorXd FamilyRun::at(double task) const {
+  const double first = tasks[0];
+  const double last = tasks[tasks.size() - 1];
+  if (!(task >= first && task <= last)) {
+    throw InputError(fmt::format("task {} {}: this family was learned for {} to {}", task,
+                                 skill->task.unit, first, last));
+  }
+  return family.curve.at((task - first) / (last - first));
+}
+
+std::string toText(const optim::Family& family) {
+  nlohmann::json j;
+  j["kind"] = family.curve.kind == optim::Curve::Kind::kBezier ? "bezier" : "polyline";
+  for (const auto& point : family.curve.points.colwise()) {
+    j["points"].push_back(std::vector<double>(point.begin(), point.end()));
+  }
+  j["cost"] = family.cost;
+  j["task_costs"] = family.task_costs;
+  return j.dump();
+}
+
+FamilyRun readFamily(const RunFile& run) {
+  const auto text = run.meta("family");
+  const std::string tasks = run.meta("tasks").value_or("");
+  const std::string where = run.path().string();
+  if (tasks.empty() || !run.meta("skill_text")) {
+    throw InputError(
+        fmt::format("{}: not a family; learn one with traceur learn SKILL --tasks "
+                    "FIRST:LAST:COUNT",
+                    where));
+  }
+  if (!text) throw InputError(fmt::format("{}: no curve has been run yet", where));
+  FamilyRun f;
+  f.tasks = toTasks(tasks, where + ": tasks");
+  f.skill = skill::Skill::fromText(required(run, "skill_text"), required(run, "skill_file"));
+  const skill::SkillProblem problem(f.skill, f.tasks);
+  try {
+    const nlohmann::json j = nlohmann::json::parse(*text);
+    const auto points = j.at("points").get<std::vector<std::vector<double>>>();
+    MatrixXd& m = f.family.curve.points;
+    m.resize(problem.dimension(), static_cast<Eigen::Index>(points.size()));
+    for (Eigen::Index k = 0; k < m.cols(); ++k) {
+      if (static_cast<Eigen::Index>(points[k].size()) != m.rows()) {
+        throw InputError("points of another size than the skill has parameters");
+      }
+      m.col(k) = Eigen::Map<const VectorXd>(points[k].data(), m.rows());
+    }
+    f.family.curve.kind =
+        j.at("kind") == "bezier" ? optim::Curve::Kind::kBezier : optim::Curve::Kind::kPolyline;
+    f.family.cost = j.at("cost").is_null() ? NAN : j.at("cost").get<double>();
+    for (const auto& cost : j.at("task_costs")) {
+      f.family.task_costs.push_back(cost.is_null() ? NAN : cost.get<double>());
+    }
+  } catch (const std::exception& e) {
+    throw InputError(fmt::format("{}: its family cannot be read: {}", where, e.what()));
+  }
+  f.family.curve.bounds =
+      optim::BoundFold(problem.lower(), problem.upper(), VectorXd::Ones(problem.dimension()));
+  return f;
+}
+
+}  // namespace traceur::cli

@@ -1,0 +1,31 @@
+// A family of skills as a run file holds it: a curve of parameters over a range of tasks.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "traceur/core/run_file.h"
+#include "traceur/optim/family.h"
+#include "traceur/skill/skill.h"
+
+namespace traceur::cli {
+
+/// A learnt family and what is needed to perform it.
+struct FamilyRun {
+  std::shared_ptr<const skill::Skill> skill;
+  Eigen::VectorXd tasks;  ///< (M) trained
+  optim::Family family;
+
+  /// (n) the parameters for a task, in the order and units of Skill::parameters.
+  /// @throws InputError naming the option for a task outside the trained range
+  Eigen::VectorXd at(double task) const;
+};
+
+/// Meta "family": a JSON object with `kind` ("bezier" or "polyline"), `points` (K lists of n
+/// control points, before folding into the skill's ranges), `cost` and `task_costs`.
+std::string toText(const optim::Family& family);
+
+/// @throws InputError when the run is not one of a family, or has found none yet
+FamilyRun readFamily(const RunFile& run);
+
+}  // namespace traceur::cli

@@ -1,0 +1,185 @@
+// traceur perform: a learnt family does what is asked of it, without practising again.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "apps/cli/family_run.h"
+#include "apps/cli/verbs.h"
+#include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
+#include "traceur/core/thread_pool.h"
+#include "traceur/render/figure.h"
+#include "traceur/render/film_strip.h"
+#include "traceur/skill/rollout.h"
+
+namespace traceur::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string run;
+  std::vector<double> tasks;
+  int sweep = 0;
+  int threads = 0;
+  int count = 8;
+  bool json = false;
+  bool no_picture = false;
+};
+
+/// One task, performed.
+struct Performance {
+  double task = 0;
+  skill::Rollout rollout;
+
+  double error() const { return rollout.achieved - task; }
+};
+
+fs::path beside(const fs::path& run, const std::string& ending) {
+  return run.parent_path() / (run.stem().string() + ending);
+}
+
+nlohmann::ordered_json toJson(const Performance& p) {
+  return {{"task", p.task},           {"achieved", p.rollout.achieved},
+          {"error", p.error()},       {"failed", p.rollout.failed()},
+          {"ended", p.rollout.ended}, {"cost", p.rollout.cost}};
+}
+
+/// The tasks that were asked for, one strip under the other.
+int performTasks(const Arguments& a, const FamilyRun& f) {
+  const skill::Task& t = f.skill->task;
+  nlohmann::ordered_json j;
+  std::vector<render::Image> strips;
+  skill::Runner runner(f.skill);
+  bool failed = false;
+  for (const double task : a.tasks) {
+    sim::Recording recording;
+    const Performance p{task, runner.run(f.at(task), task, &recording)};
+    failed = failed || p.rollout.failed();
+    j["performed"].push_back(toJson(p));
+    if (!a.json) {
+      fmt::print("{}: {} {:.4g} {}, asked {:.4g} {}, error {:.2g} {}{}\n", f.skill->name, t.name,
+                 p.rollout.achieved, t.unit, task, t.unit, p.error(), t.unit,
+                 p.rollout.failed() ? " (fails: " + p.rollout.ended + ")" : "");
+    }
+    if (a.no_picture) continue;
+    strips.push_back(render::filmStrip(recording, {.count = a.count, .columns = a.count}));
+  }
+  if (!strips.empty()) {
+    std::string name = "-perform";
+    for (const double task : a.tasks) name += fmt::format("-{:g}", task);
+    const fs::path picture = beside(a.run, name + ".png");
+    render::writePng(render::tile(strips, 1, 4), picture);
+    j["picture"] = picture.string();
+    if (!a.json) fmt::print("{}\n", picture.string());
+  }
+  if (a.json) fmt::print("{}\n", j.dump(2));
+  return failed ? kFailed : kDone;
+}
+
+/// The whole range: a CSV and a figure of the error.
+int sweep(const Arguments& a, const FamilyRun& f) {
+  const skill::Task& t = f.skill->task;
+  const Eigen::VectorXd tasks =
+      Eigen::VectorXd::LinSpaced(a.sweep, f.tasks[0], f.tasks[f.tasks.size() - 1]);
+  std::vector<Performance> all(a.sweep);
+  ThreadPool pool(a.threads);
+  pool.forEach(a.sweep, [&](int i) {
+    skill::Runner runner(f.skill);
+    all[i] = {tasks[i], runner.run(f.at(tasks[i]), tasks[i])};
+  });
+
+  std::string csv =
+      fmt::format("# {} of {}, task and achieved in {}\ntask,achieved,error,cost,failed,ended\n",
+                  t.name, f.skill->name, t.unit);
+  std::vector<double> errors;
+  int fails = 0;
+  render::Series line{"", {}, {}, render::Style::kLine};
+  render::Series bad{"failed", {}, {}, render::Style::kCrosses};
+  for (const Performance& p : all) {
+    csv += fmt::format("{},{},{},{},{},{}\n", p.task, p.rollout.achieved, p.error(), p.rollout.cost,
+                       p.rollout.failed() ? 1 : 0, p.rollout.ended);
+    errors.push_back(std::abs(p.error()));
+    fails += p.rollout.failed();
+    line.x.push_back(p.task);
+    line.y.push_back(p.error());
+    if (!p.rollout.failed()) continue;
+    bad.x.push_back(p.task);
+    bad.y.push_back(p.error());
+  }
+  std::sort(errors.begin(), errors.end());
+  const double median = errors[errors.size() / 2];
+  const fs::path table = beside(a.run, "-sweep.csv");
+  PendingFile file(table);
+  file.write(csv);
+  file.commit();
+  const fs::path picture = beside(a.run, "-sweep.png");
+  if (!a.no_picture) {
+    render::Panel panel;
+    panel.title = fmt::format("{}, {} tasks: median |error| {:.2g} {}, {} failed", f.skill->name,
+                              a.sweep, median, t.unit, fails);
+    panel.xlabel = fmt::format("{} asked [{}]", t.name, t.unit);
+    panel.ylabel = fmt::format("error [{}]", t.unit);
+    panel.series.push_back(line);
+    if (!bad.x.empty()) panel.series.push_back(bad);
+    for (const double task : f.tasks) panel.marks.push_back({task, ""});
+    render::Figure figure;
+    figure.panels.push_back(std::move(panel));
+    render::writeFigure(figure, picture);
+  }
+  if (a.json) {
+    nlohmann::ordered_json j{{"tasks", a.sweep},
+                             {"median_error", median},
+                             {"max_error", errors.back()},
+                             {"failed", fails},
+                             {"csv", table.string()}};
+    fmt::print("{}\n", j.dump(2));
+  } else {
+    fmt::print("{}: {} tasks, |error| median {:.3g} {}, largest {:.3g} {}, {} failed\n{}\n",
+               f.skill->name, a.sweep, median, t.unit, errors.back(), t.unit, fails,
+               table.string());
+    if (!a.no_picture) fmt::print("{}\n", picture.string());
+  }
+  return kDone;
+}
+
+int perform(const Arguments& a) {
+  const FamilyRun f = readFamily(RunFile::open(a.run, false));
+  if (a.sweep > 0) return sweep(a, f);
+  if (a.tasks.empty()) throw InputError("expected --task or --sweep");
+  return performTasks(a, f);
+}
+
+}  // namespace
+
+void addPerform(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = program.add_subcommand(
+      "perform", "Let a learned family do a task of its range, without practising again.");
+  verb->add_option("RUN", a->run, "Run file of traceur learn --tasks")->required();
+  auto* task = verb->add_option("--task", a->tasks,
+                                "What to ask for, in the skill's own unit; several, comma "
+                                "separated, are drawn under each other")
+                   ->delimiter(',');
+  verb->add_option("--sweep", a->sweep, "So many tasks, evenly over the range: a CSV and a figure")
+      ->check(CLI::Range(2, 100'000))
+      ->excludes(task);
+  verb->add_option("--count", a->count, "Film strip: panels of each task")
+      ->check(CLI::Range(1, 50))
+      ->capture_default_str();
+  verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
+      ->check(CLI::Range(0, 1024));
+  verb->add_flag("--no-picture", a->no_picture, "Draw nothing");
+  verb->add_flag("--json", a->json, "Print one JSON object");
+  verb->footer(
+      "Examples:\n"
+      "  traceur perform runs/jump-family-seed1.run --task 0.06\n"
+      "  traceur perform runs/jump-family-seed1.run --task 0.03,0.055,0.08\n"
+      "  traceur perform runs/jump-family-seed1.run --sweep 51\n"
+      "Exit code: 0 done, 1 a performance failed, 2 wrong use.");
+  verb->callback([a, &exit_code] { exit_code = perform(*a); });
+}
+
+}  // namespace traceur::cli
