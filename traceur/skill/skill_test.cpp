@@ -68,6 +68,47 @@ name = "fall"
 cost = "10 * fall"
 )";
 
+TEST(SkillFile, PhasesMayFormACycle) {
+  const std::string swing =
+      replaced(replaced(kNod, "pose = { base = \"previous\" }",
+                        "pose = { base = \"stand\", shoulder = \"-2 * lean\" }\n"
+                        "until = \"phase_time >= 0.03\"\nthen = \"bend\""),
+               "phase_time >= 0.1", "phase_time >= 0.02");
+  const auto skill = fromText(swing);
+  sim::Recording recording;
+  Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1, &recording);
+  int changes = 0;
+  for (size_t k = 1; k < recording.frames.size(); ++k) {
+    changes += recording.frames[k].phase != recording.frames[k - 1].phase;
+  }
+  EXPECT_EQ(changes, 7);  // 0.2 s in turns of 0.02 and 0.03
+  EXPECT_NE(mistakes(replaced(swing, "then = \"bend\"", "then = \"bned\""))
+                .find("no phase named \"bned\". Did you mean \"bend\"?"),
+            std::string::npos);
+}
+
+TEST(SkillProblem, ScoresOneTrialForAllTasks) {
+  const auto skill = fromText(kNod);
+  const VectorXd tasks = VectorXd::LinSpaced(3, 0, 1);
+  const SkillProblem family(skill, tasks);
+  EXPECT_EQ(family.tasks(), tasks);
+  const VectorXd x = VectorXd::Constant(1, 0.2);
+  const optim::Evaluation e = family.evaluate(x);
+  ASSERT_EQ(e.task_costs.size(), 3U);
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(e.task_costs[i], SkillProblem(skill, tasks[i]).evaluate(x).cost) << tasks[i];
+    sum += e.task_costs[i];
+  }
+  EXPECT_DOUBLE_EQ(e.cost, sum / 3);
+}
+
+TEST(SkillProblem, RefusesTasksThatChangeTheMotion) {
+  const auto skill = fromText(replaced(kNod, "hip = 0.05", "hip = \"0.05 * task\""));
+  EXPECT_NO_THROW(SkillProblem(skill, 0.5));
+  EXPECT_THROW(SkillProblem(skill, VectorXd(VectorXd::LinSpaced(3, 0, 1))), InputError);
+}
+
 TEST(SkillFile, TheNodDoesWhatItSays) {
   const auto skill = fromText(kNod);
   Runner runner(skill);
