@@ -31,13 +31,15 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// Four significant digits, or a dash for what is not there.
-std::string number(double x) {
-  return std::isnan(x) ? "-" : fmt::format("{:.4g}", x);
+/// So many significant digits, whole numbers in full; a dash for what is not there.
+std::string number(double x, int digits = 4) {
+  return std::isnan(x)         ? "-"
+         : std::abs(x) >= 1000 ? fmt::format("{:.0f}", x)
+                               : fmt::format("{:.{}g}", x, digits);
 }
 
 std::string range(const Interval& i) {
-  return fmt::format("[{:.3g}, {:.3g}]", i.low, i.high);
+  return fmt::format("[{}, {}]", number(i.low, 3), number(i.high, 3));
 }
 
 nlohmann::ordered_json toJson(double x) {
@@ -123,15 +125,13 @@ std::string asMarkdown(const Table& t, const Summary& s) {
   for (const Ratio& r : t.ratios) text += fmt::format(" {} |", r.name);
   text += "\n|---|";
   for (size_t i = 0; i < t.columns.size() + t.ratios.size(); ++i) text += "---|";
-  const auto printed = [](double x) {
-    return std::isnan(x) ? std::string() : fmt::format("{:.4g} → ", x);
-  };
+  const auto printed = [](double x) { return std::isnan(x) ? std::string() : number(x) + " → "; };
   for (size_t r = 0; r < t.rows.size(); ++r) {
     text += fmt::format("\n| {} ({}) |", t.rows[r].name, t.rows[r].quantity);
     for (const CellSummary& cell : s.cells[r]) {
       text += cell.runs == 0
                   ? std::string(" |")
-                  : fmt::format(" {}**{:.4g}** {}{} |", printed(cell.printed), cell.value,
+                  : fmt::format(" {}**{}** {}{} |", printed(cell.printed), number(cell.value),
                                 range(cell.interval),
                                 cell.missed ? fmt::format(", {}/{} missed", cell.missed, cell.runs)
                                             : fmt::format(", {} runs", cell.runs));
