@@ -5,20 +5,9 @@
 #include <cmath>
 
 #include "traceur/core/error.h"
+#include "traceur/core/text.h"
 
 namespace traceur::cli {
-
-std::vector<std::string> split(const std::string& text, char at) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == at) {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
 
 double toNumber(const std::string& text, const std::string& where) {
   size_t used = 0;
@@ -35,7 +24,7 @@ double toNumber(const std::string& text, const std::string& where) {
 }
 
 Eigen::VectorXd toTasks(const std::string& text, const std::string& where) {
-  constexpr double kMostTasks = 1000;  // more are a slip of the keyboard
+  static constexpr double kMostTasks = 1000;  // more are a slip of the keyboard
   const std::vector<std::string> parts = split(text, ':');
   if (parts.size() != 3) {
     throw InputError(fmt::format("{}: expected FIRST:LAST:COUNT, got \"{}\"", where, text));

@@ -3,11 +3,8 @@
 
 #include <Eigen/Core>
 #include <string>
-#include <vector>
 
 namespace traceur::cli {
-
-std::vector<std::string> split(const std::string& text, char at);
 
 /// @param where  begins the message: "--var x=0:one"
 /// @throws InputError unless the whole text is one number, which may be infinite but not NaN

@@ -39,7 +39,7 @@ std::string defaultOut(const Skill& skill, const LearnOptions& o) {
 skill::Rollout record(RunFile& run, const std::shared_ptr<const Skill>& skill,
                       const optim::Summary& summary, double task) {
   sim::Recording recording;
-  const skill::Rollout r = skill::Runner(skill).run(summary.progress.best->x, task, &recording);
+  skill::Rollout r = skill::Runner(skill).run(summary.progress.best->x, task, &recording);
   run.putRecording("best", recording.encode());
   const bool says = !skill->task.achieved.empty();
   run.setMeta({{"stop", words(summary.stop)},

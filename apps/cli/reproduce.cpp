@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/interrupt.h"
@@ -172,12 +173,13 @@ int drawFigure28(const Arguments& a) {
                     algorithm, r.x.size(), 100 * r.precision, 100 * r.recall);
     panel.ylabel = "y";
     render::Series learned{"learned", {}, {}, render::Style::kPoints, {}, {}, render::kGrey};
-    constexpr double kCell = (LearnedRegion::kHigh - LearnedRegion::kLow) / LearnedRegion::kCells;
+    static constexpr double kCell =
+        (LearnedRegion::kHigh - LearnedRegion::kLow) / LearnedRegion::kCells;
     for (size_t c = 0; c < r.learned.size(); ++c) {
       if (!r.learned[c]) continue;
-      const auto cell = static_cast<int>(c);
-      learned.x.push_back(LearnedRegion::kLow + (cell % LearnedRegion::kCells + 0.5) * kCell);
-      learned.y.push_back(LearnedRegion::kLow + (cell / LearnedRegion::kCells + 0.5) * kCell);
+      const auto [j_row, i_column] = std::div(static_cast<int>(c), LearnedRegion::kCells);
+      learned.x.push_back(LearnedRegion::kLow + (i_column + 0.5) * kCell);
+      learned.y.push_back(LearnedRegion::kLow + (j_row + 0.5) * kCell);
     }
     render::Series good{"feasible trials", {}, {}, render::Style::kPoints};
     render::Series bad{"infeasible", {}, {}, render::Style::kCrosses};

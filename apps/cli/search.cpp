@@ -42,7 +42,7 @@ std::string note(const optim::Progress& p) {
 
 /// What each task costs on the best curve, while there is room; else their mean and the worst.
 std::string note(const optim::Family& family) {
-  constexpr size_t kRoom = 8;
+  static constexpr size_t kRoom = 8;
   std::string text = fmt::format("mean {:.2g}, tasks", family.cost);
   if (family.task_costs.size() > kRoom) {
     return fmt::format("mean {:.2g}, worst task {:.2g}", family.cost,
@@ -131,7 +131,8 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
   optim::Progress p;
   for (const TrialRow& row : run.trials()) {
     optim::Trial trial;
-    trial.x = Eigen::Map<const Eigen::VectorXd>(row.x.data(), row.x.size());
+    trial.x =
+        Eigen::Map<const Eigen::VectorXd>(row.x.data(), static_cast<Eigen::Index>(row.x.size()));
     trial.evaluation.cost = row.cost;
     trial.evaluation.failed = row.failed;
     for (const std::string& name : constraints) {
@@ -167,7 +168,8 @@ std::vector<optim::Trial> experienceOf(const std::string& file, int n,
                                    row.x.size(), n));
     }
     optim::Trial trial;
-    trial.x = Eigen::Map<const Eigen::VectorXd>(row.x.data(), row.x.size());
+    trial.x =
+        Eigen::Map<const Eigen::VectorXd>(row.x.data(), static_cast<Eigen::Index>(row.x.size()));
     trial.evaluation.cost = row.cost;
     trial.evaluation.failed = row.failed;
     for (size_t i = 0; i < known; ++i) {

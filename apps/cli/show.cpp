@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/hash.h"
@@ -27,12 +28,19 @@ int show(const std::string& file, bool json) {
   const std::vector<TrialRow> trials = run.trials();
   const std::vector<std::string> names = violatedNames(trials);
   const optim::Progress p = progressOf(run, names);
-  const auto meta = [&](const char* key) { return run.meta(key).value_or("-"); };
+  const auto meta = [&](const char* key) {
+    const std::string value = run.meta(key).value_or("");
+    return value.empty() ? "-" : value;
+  };
   nlohmann::ordered_json j;
   for (const char* key :
-       {"verb", "skill", "skill_file", "task", "task_unit", "achieved", "ended", "stop", "seed",
-        "budget", "optimiser", "population", "step_size", "traceur", "engine", "hash"}) {
-    j[key] = meta(key);
+       {"verb",       "skill",      "skill_file", "command", "task",   "tasks",  "task_unit",
+        "curve",      "achieved",   "ended",      "stop",    "seed",   "budget", "optimiser",
+        "experience", "population", "step_size",  "traceur", "engine", "hash"}) {
+    const auto value = run.meta(key);
+    const bool one_task =
+        std::string_view(key) == "task" && !run.meta("tasks").value_or("").empty();
+    if (value && !value->empty() && !one_task) j[key] = *value;
   }
   Hash all;
   for (const TrialRow& t : trials) {
@@ -49,7 +57,14 @@ int show(const std::string& file, bool json) {
     for (const TrialRow& t : trials) count += violates(t, name);
     j["violated"][name] = count;
   }
-  if (p.best) {
+  if (const auto text = run.meta("family")) {
+    const nlohmann::ordered_json family = nlohmann::ordered_json::parse(*text);
+    j["cost"] = family["cost"];
+    const Eigen::VectorXd tasks = toTasks(meta("tasks"), file + ": tasks");
+    for (Eigen::Index i = 0; i < tasks.size(); ++i) {
+      j["task_costs"][fmt::format("{:g}", tasks[i])] = family["task_costs"][i];
+    }
+  } else if (p.best && meta("tasks") == "-") {
     j["best_cost"] = p.best->evaluation.cost;
     const std::string parameters = meta("parameters");
     Eigen::Index i = 0;
@@ -72,7 +87,9 @@ int show(const std::string& file, bool json) {
     for (const auto& [name, number] : value.items())
       fmt::print("  {:<24} {}\n", name, number.dump());
   }
-  if (!run.recording("best")) fmt::print("cut off: learn … --resume finishes it\n");
+  if (!run.meta("stop")) {
+    fmt::print("cut off: {} … --resume finishes it\n", meta("verb"));
+  }
   return kDone;
 }
 

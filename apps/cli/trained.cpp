@@ -38,6 +38,17 @@ RunFile::Meta toMeta(const LearnOptions& o, const skill::Skill& skill) {
 
 sim::Recording bestRecording(const RunFile& run) {
   const auto bytes = run.recording("best");
+  const std::string verb = run.meta("verb").value_or("");
+  if (!bytes && verb == "minimise") {
+    throw InputError(
+        fmt::format("{}: a search of numbers: there is no motion to look at", run.path().string()));
+  }
+  if (!bytes && !run.meta("tasks").value_or("").empty()) {
+    throw InputError(
+        fmt::format("{0}: a family: look at one of its tasks with traceur perform {0} "
+                    "--task T",
+                    run.path().string()));
+  }
   if (!bytes) {
     throw InputError(
         fmt::format("{}: nothing is recorded yet: it was cut off; finish it with "

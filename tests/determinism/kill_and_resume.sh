@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Equal bits for 1 and 2 threads, and after being killed at random moments and resumed.
-# usage: kill_and_resume.sh TRACEUR SKILL BUDGET KILLS LONGEST_PAUSE
+# usage: kill_and_resume.sh TRACEUR SKILL BUDGET KILLS LONGEST_PAUSE [OPTIONS OF LEARN]
 set -eu
 traceur=$1 skill=$2 budget=$3 kills=$4 pause=$5
+more=("${@:6}")
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
 
-learn() { exec "$traceur" learn "$skill" --budget "$budget" --seed 7 --resume --quiet "$@"; }
+learn() { exec "$traceur" learn "$skill" --budget "$budget" --seed 7 --resume --quiet "${more[@]}" "$@"; }
 print() { "$traceur" show "$1" --json | grep -E '"(trials_hash|hash|best_cost|evaluations)"'; }
 
 (learn --out "$dir/one.run" --threads 1)

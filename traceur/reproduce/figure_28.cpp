@@ -35,7 +35,8 @@ LearnedRegion learnRegion(std::string_view algorithm, std::uint64_t seed) {
   int both = 0;
   int learned = 0;
   int truth = 0;
-  constexpr double kCell = (LearnedRegion::kHigh - LearnedRegion::kLow) / LearnedRegion::kCells;
+  static constexpr double kCell =
+      (LearnedRegion::kHigh - LearnedRegion::kLow) / LearnedRegion::kCells;
   for (int j = 0; j < LearnedRegion::kCells; ++j) {
     for (int i = 0; i < LearnedRegion::kCells; ++i) {
       const VectorXd x{

@@ -22,13 +22,6 @@ std::string title(const Table& table) {
   return fmt::format("# traceur reproduce {}", table.name);
 }
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> fields;
-  std::stringstream stream(line);
-  for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
-  return fields;
-}
-
 template <typename T>
 int indexOf(const std::vector<T>& named, const std::string& name) {
   const auto found =
@@ -80,7 +73,7 @@ Results Results::read(const Table& table, const std::filesystem::path& file) {
       if (line != kHeader) fail(fmt::format("expected \"{}\", got \"{}\"", kHeader, line));
       continue;
     }
-    const std::vector<std::string> f = split(line);
+    const std::vector<std::string> f = split(line, ',');
     if (f.size() != 5) fail(fmt::format("expected 5 fields, got {}", f.size()));
     const int row = indexOf(table.rows, f[0]);
     const int column = indexOf(table.columns, f[1]);
