@@ -10,23 +10,17 @@
 namespace traceur::cli {
 
 double toNumber(const std::string& text, const std::string& where) {
-  size_t used = 0;
-  double value = NAN;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (text.empty() || used != text.size() || std::isnan(value)) {
+  const std::optional<double> value = parseNumber(text);
+  if (!value || std::isnan(*value)) {
     throw InputError(fmt::format("{}: \"{}\" is not a number", where, text));
   }
-  return value;
+  return *value;
 }
 
 Eigen::VectorXd toTasks(const std::string& text, const std::string& where) {
   static constexpr double kMostTasks = 1000;  // more are a slip of the keyboard
   const std::vector<std::string> parts = split(text, ':');
-  if (parts.size() != 3) {
+  if (parts.size() != 3 || text.back() == ':') {
     throw InputError(fmt::format("{}: expected FIRST:LAST:COUNT, got \"{}\"", where, text));
   }
   const double first = toNumber(parts[0], where);

@@ -52,6 +52,10 @@ optim::Evaluation ExternalProblem::evaluate(const VectorXd& x) const {
   for (const double v : x) question += fmt::format("{}{}", question.empty() ? "" : " ", v);
   optim::Evaluation evaluation;
   try {
+    if (process->hasMore()) {
+      throw InputError(
+          fmt::format("{} answered a trial with more than one line", function_.command[0]));
+    }
     process->write(question + "\n");
     if (!process->answersWithin(kPatience) && !warned_.exchange(true)) {
       fmt::print(stderr,
@@ -83,14 +87,9 @@ optim::Evaluation ExternalProblem::parse(const std::string& answer) const {
   optim::Evaluation evaluation;
   evaluation.cost = 0;
   for (size_t i = 0; i < costs; ++i) {
-    size_t used = 0;
-    double cost = 0;
-    try {
-      cost = std::stod(all[i], &used);
-    } catch (const std::exception&) {
-      used = 0;
-    }
-    if (used != all[i].size()) fail(fmt::format("\"{}\" is not a number", all[i]));
+    const std::optional<double> number = parseNumber(all[i]);
+    if (!number) fail(fmt::format("\"{}\" is not a number", all[i]));
+    const double cost = *number;
     evaluation.cost += cost / static_cast<double>(costs);
     if (function_.tasks.size() > 0) evaluation.task_costs.push_back(cost);
   }

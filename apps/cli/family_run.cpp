@@ -18,10 +18,11 @@ VectorXd FamilyRun::at(double task) const {
   const double first = tasks[0];
   const double last = tasks[tasks.size() - 1];
   if (!(task >= first && task <= last)) {
-    throw InputError(fmt::format("task {} {}: this family was learned for {} to {}", task,
+    throw InputError(fmt::format("--task {} {}: this family was learned for {} to {}", task,
                                  skill->task.unit, first, last));
   }
-  return family.curve.at((task - first) / (last - first));
+  // Between two tasks a curve may leave the box; folded ones cannot.
+  return family.curve.at((task - first) / (last - first)).cwiseMax(lower).cwiseMin(upper);
 }
 
 std::string toText(const optim::Family& family) {
@@ -30,6 +31,7 @@ std::string toText(const optim::Family& family) {
   for (const auto& point : family.curve.points.colwise()) {
     j["points"].push_back(std::vector<double>(point.begin(), point.end()));
   }
+  j["folded"] = family.curve.bounds.any();
   j["cost"] = family.cost;
   j["task_costs"] = family.task_costs;
   return j.dump();
@@ -50,6 +52,7 @@ FamilyRun readFamily(const RunFile& run) {
   f.tasks = toTasks(tasks, where + ": tasks");
   f.skill = skill::Skill::fromText(required(run, "skill_text"), required(run, "skill_file"));
   const skill::SkillProblem problem(f.skill, f.tasks);
+  bool folded = false;
   try {
     const nlohmann::json j = nlohmann::json::parse(*text);
     const auto points = j.at("points").get<std::vector<std::vector<double>>>();
@@ -61,6 +64,7 @@ FamilyRun readFamily(const RunFile& run) {
       }
       m.col(k) = Eigen::Map<const VectorXd>(points[k].data(), m.rows());
     }
+    folded = j.at("folded");
     f.family.curve.kind =
         j.at("kind") == "bezier" ? optim::Curve::Kind::kBezier : optim::Curve::Kind::kPolyline;
     f.family.cost = j.at("cost").is_null() ? NAN : j.at("cost").get<double>();
@@ -70,8 +74,11 @@ FamilyRun readFamily(const RunFile& run) {
   } catch (const std::exception& e) {
     throw InputError(fmt::format("{}: its family cannot be read: {}", where, e.what()));
   }
-  f.family.curve.bounds =
-      optim::BoundFold(problem.lower(), problem.upper(), VectorXd::Ones(problem.dimension()));
+  f.lower = problem.lower();
+  f.upper = problem.upper();
+  if (folded) {
+    f.family.curve.bounds = optim::BoundFold(f.lower, f.upper, VectorXd::Ones(problem.dimension()));
+  }
   return f;
 }
 

@@ -15,6 +15,7 @@ struct FamilyRun {
   std::shared_ptr<const skill::Skill> skill;
   Eigen::VectorXd tasks;  ///< (M) trained
   optim::Family family;
+  Eigen::VectorXd lower, upper;  ///< (n) the skill's ranges
 
   /// (n) the parameters for a task, in the order and units of Skill::parameters.
   /// @throws InputError naming the option for a task outside the trained range
@@ -22,7 +23,8 @@ struct FamilyRun {
 };
 
 /// Meta "family": a JSON object with `kind` ("bezier" or "polyline"), `points` (K lists of n
-/// control points, before folding into the skill's ranges), `cost` and `task_costs`.
+/// numbers), `folded` (whether x is the curve folded into the skill's ranges, or the curve itself),
+/// `cost` and `task_costs`.
 std::string toText(const optim::Family& family);
 
 /// @throws InputError when the run is not one of a family, or has found none yet

@@ -174,6 +174,9 @@ int learn(const Arguments& arguments) {
   Interrupt interrupt;  // before any other thread
   const std::shared_ptr<const Skill> skill = Skill::fromFile(o.skill_file);
   const bool family = !o.tasks.empty();
+  if (family && !o.experience.empty()) {
+    throw InputError("--experience: families do not learn from violated constraints");
+  }
   if (family && a.task) throw InputError("--task is for one task, --tasks for a family");
   if (o.optimiser.empty()) o.optimiser = family ? "contextual" : "cma-es";
   if (o.population < 0) o.population = family ? 0 : kPopulation;

@@ -45,7 +45,7 @@ ParamSpec toVariable(const std::string& text) {
   const size_t equals = text.find('=');
   const std::vector<std::string> parts =
       split(equals == std::string::npos ? "" : text.substr(equals + 1), ':');
-  if (equals == 0 || parts.size() < 2 || parts.size() > 3) {
+  if (equals == 0 || parts.size() < 2 || parts.size() > 3 || text.back() == ':') {
     throw InputError(fmt::format("{}: expected NAME=MIN:MAX or NAME=MIN:MAX:START", where));
   }
   ParamSpec p;
@@ -73,6 +73,12 @@ ExternalFunction toFunction(const Arguments& a) {
   f.constraints = a.constraints;
   std::vector<std::string> names;
   for (const ParamSpec& p : f.variables) names.push_back(p.name);
+  for (const std::string& name : f.constraints) {  // words of an answer, and of the run file's list
+    if (name.empty() || name.find_first_of(", \t\r\n") != std::string::npos) {
+      throw InputError(
+          fmt::format("--constraint \"{}\": expected a word without spaces and commas", name));
+    }
+  }
   for (const auto* list : {&names, &f.constraints}) {
     std::vector<std::string> sorted = *list;
     std::sort(sorted.begin(), sorted.end());
@@ -188,6 +194,9 @@ int minimise(const Arguments& arguments) {
   Arguments a = arguments;
   Interrupt interrupt;  // before any other thread
   const ExternalFunction function = toFunction(a);
+  if (function.tasks.size() > 0 && !a.experience.empty()) {
+    throw InputError("--experience: families do not learn from violated constraints");
+  }
   if (a.optimiser.empty()) a.optimiser = function.tasks.size() > 0 ? "contextual" : "cma-c";
   const ExternalProblem problem(function);
   Eigen::VectorXd x0(function.variables.size());
@@ -205,7 +214,17 @@ int minimise(const Arguments& arguments) {
                                          .stop = interrupt.token(),
                                          .quiet = a.quiet || a.json});
   run.setMeta({{"stop", words(summary.stop)}});
-  if (!summary.progress.best) {
+  const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(optimiser.get());
+  const bool found = family ? family->best().has_value() : summary.progress.best.has_value();
+  if (!found && summary.end == optim::End::kInterrupted) {
+    fmt::print(stderr, "stopped; the same command with --resume goes on\n");
+    return kInterrupted;
+  }
+  if (!found && family && summary.progress.failed < summary.progress.evaluations) {
+    throw InputError(fmt::format("no curve could be run in {} trials, ended: {}",
+                                 summary.progress.evaluations, words(summary.stop)));
+  }
+  if (!found) {
     throw InputError(fmt::format("no trial gave a cost: {} of {} failed, ended: {}",
                                  summary.progress.failed, summary.progress.evaluations,
                                  words(summary.stop)));
@@ -247,7 +266,8 @@ void addMinimise(CLI::App& program, int& exit_code) {
       ->check(CLI::IsMember({"linear", "cubic"}))
       ->capture_default_str();
   verb->add_option("--optimiser", a->optimiser,
-                   fmt::format("{}; with --tasks: {}", join(names), join(family_names)));
+                   fmt::format("{}; default cma-c. With --tasks: {}; default contextual",
+                               join(names), join(family_names)));
   verb->add_option("--budget", a->budget, "Trials in all; the last generation is finished")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
@@ -272,7 +292,8 @@ void addMinimise(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  traceur minimise --var x=-2:2 --var y=-2:2 --constraint outside -- "
       "python3 examples/disc.py\n"
-      "  traceur minimise --var gain=0:10:1 --var delay=0:0.1 --constraint fell -- ./simulate.py");
+      "  traceur minimise --var gain=0:10:1 --var delay=0:0.1 --constraint fell -- ./simulate.py\n"
+      "Exit code: 0 done, 1 failed, 2 wrong use, 130 stopped by Ctrl-C.");
   verb->callback([a, &exit_code] { exit_code = minimise(*a); });
 }
 

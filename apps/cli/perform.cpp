@@ -1,6 +1,7 @@
 // traceur perform: a learnt family does what is asked of it, without practising again.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -101,13 +102,17 @@ int sweep(const Arguments& a, const FamilyRun& f) {
   for (const Performance& p : all) {
     csv += fmt::format("{},{},{},{},{},{}\n", p.task, p.rollout.achieved, p.error(), p.rollout.cost,
                        p.rollout.failed() ? 1 : 0, p.rollout.ended);
-    errors.push_back(std::abs(p.error()));
+    if (!std::isnan(p.error())) errors.push_back(std::abs(p.error()));
     fails += p.rollout.failed();
     line.x.push_back(p.task);
     line.y.push_back(p.error());
     if (!p.rollout.failed()) continue;
     bad.x.push_back(p.task);
     bad.y.push_back(p.error());
+  }
+  if (f.skill->task.achieved.empty()) {
+    throw InputError(f.skill->name +
+                     " does not say what a trial achieved: there is no error to map");
   }
   std::sort(errors.begin(), errors.end());
   const double median = errors[errors.size() / 2];
@@ -142,7 +147,7 @@ int sweep(const Arguments& a, const FamilyRun& f) {
                table.string());
     if (!a.no_picture) fmt::print("{}\n", picture.string());
   }
-  return kDone;
+  return fails > 0 ? kFailed : kDone;
 }
 
 int perform(const Arguments& a) {

@@ -83,7 +83,8 @@ Process::Process(const std::vector<std::string>& argv, Output output)
 
 Process::~Process() {
   if (pid_ > 0) {
-    kill(pid_, SIGKILL);
+    // One that talks leads a group of its own: a shell's simulation must not outlive the shell.
+    kill(output_ == Output::kTalk ? -pid_ : pid_, SIGKILL);
     wait();
   }
   closeInput();
@@ -115,6 +116,11 @@ std::string Process::readLine() {
     finish();
     throw SystemError(fmt::format("{} ended (exit 0) though an answer was due", name_));
   }
+}
+
+bool Process::hasMore() {
+  char byte = 0;
+  return !heard_.empty() || recv(input_, &byte, 1, MSG_DONTWAIT | MSG_PEEK) > 0;
 }
 
 bool Process::answersWithin(double seconds) {

@@ -29,6 +29,8 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void write(std::string_view bytes);
+  /// Whether it has said more than was read: an answer nobody asked for.
+  bool hasMore();
   /// Waits for the next line of a program that talks, without its end; "\r\n" ends one, too.
   /// @throws SystemError when the program ends first
   std::string readLine();

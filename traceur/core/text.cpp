@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 
 namespace traceur {
 namespace {
@@ -40,6 +41,14 @@ std::string didYouMean(std::string_view word, std::span<const std::string> candi
     }
   }
   return nearest ? " Did you mean \"" + *nearest + "\"?" : "";
+}
+
+std::optional<double> parseNumber(const std::string& text) {
+  if (text.empty() || std::isspace(static_cast<unsigned char>(text.front())) != 0) return {};
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);  // ±∞ or 0 out of range, as wanted
+  if (end != text.c_str() + text.size()) return {};
+  return value;
 }
 
 std::vector<std::string> split(std::string_view text, char separator) {

@@ -1,6 +1,7 @@
 // Small text helpers for messages people read.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,6 +15,10 @@ std::string didYouMean(std::string_view word, std::span<const std::string> candi
 
 /// What stands between separators; none for an empty text.
 std::vector<std::string> split(std::string_view text, char separator);
+
+/// The number that the whole text is, also "nan", "inf", and what is too large or too small for a
+/// double; nothing for any other text.
+std::optional<double> parseNumber(const std::string& text);
 
 /// "a, b, c".
 std::string join(std::span<const std::string> words, std::string_view separator = ", ");

@@ -31,6 +31,8 @@ class BoundFold {
   /// The y nearest to the box's inside with fold(i, y) = x, for l ≤ x ≤ u.
   double unfold(int i, double x) const;
 
+  /// Whether any variable is bounded: otherwise fold() is the identity.
+  bool any() const { return any_; }
   /// u - l; infinite without two bounds.
   double width(int i) const { return any_ ? upper_[i] - lower_[i] : kInfinity; }
 

@@ -247,7 +247,7 @@ void ContextualCma::noteCurve() {
     family.cost += cost / tasks();
   }
   ++state_.curves;
-  state_.costs.push_back(family.cost);
+  state_.costs.push_back(std::isnan(family.cost) ? kInfinity : family.cost);
   if (family.cost < (best_ ? best_->cost : kInfinity)) best_ = std::move(family);
 }
 
@@ -410,7 +410,7 @@ void ContextualCma::endRunIfDone(bool anything) {
   } else if (size > kTolXUp) {
     end = Stop{"tolxup", size, kTolXUp};
   } else if (const size_t half = options_.stagnation_curves;
-             s.costs.size() > 2 * half && size < kSettled) {
+             options_.tolstagnation > 0 && s.costs.size() > 2 * half && size < kSettled) {
     const double before = *std::min_element(s.costs.begin(), s.costs.end() - half);
     const double now = *std::min_element(s.costs.end() - half, s.costs.end());
     const double gain = (before - now) / std::max(std::abs(before), 1e-300);

@@ -38,7 +38,7 @@ std::span<double> numbers(auto& m) {
 
 /// Cost of the trial at the task; NaN where it says nothing about it.
 double costAt(std::string_view who, const Evaluation& evaluation, int task, int M) {
-  if (evaluation.failed) return kNaN;
+  if (evaluation.failed || (!evaluation.meaningful() && evaluation.task_costs.empty())) return kNaN;
   if (static_cast<int>(evaluation.task_costs.size()) != M) {
     throw InputError(fmt::format("{}: expected a trial's costs of {} tasks, got {}", who, M,
                                  evaluation.task_costs.size()));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
@@ -107,9 +108,13 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
       trial.x = candidates[i].x;
       trial.evaluation = problem.evaluate(trial.x);
       check(trial.evaluation, constraints, tasks);
-      if (!trial.evaluation.meaningful()) {
-        trial.evaluation.failed = true;
-        trial.evaluation.cost = std::numeric_limits<double>::infinity();
+      Evaluation& e = trial.evaluation;
+      if (!e.meaningful()) {
+        // Of several tasks, what it says of one may still count.
+        e.failed = e.failed || std::none_of(e.task_costs.begin(), e.task_costs.end(), [](double c) {
+                     return c < std::numeric_limits<double>::infinity();
+                   });
+        e.cost = std::numeric_limits<double>::infinity();
       }
       ++run;
     });
@@ -119,7 +124,8 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
       const Trial& trial = trials[i];
       if (trial.evaluation.failed) {
         ++progress.failed;
-      } else if (!progress.best || better(trial.evaluation, progress.best->evaluation)) {
+      } else if (trial.evaluation.meaningful() &&
+                 (!progress.best || better(trial.evaluation, progress.best->evaluation))) {
         progress.best = trial;
       }
       optimizer.tell(candidates[i].id, trial.evaluation);

@@ -17,7 +17,7 @@ struct Evaluation {
   std::vector<bool> violated = {};  ///< per Problem::constraints(); empty: none violated
   bool failed = false;  ///< the trial gave no meaningful cost (diverged, NaN): ranks last
   /// (M) the trial's cost for each of Problem::tasks(), and cost is their mean; empty for a problem
-  /// without tasks. NaN or +∞: the trial says nothing about that task.
+  /// without tasks. NaN or +∞: the trial says nothing about that task, though it may about others.
   std::vector<double> task_costs = {};
 
   /// Not failed, and the cost is neither NaN nor +∞.

@@ -116,6 +116,11 @@ std::uint64_t Restarts::fingerprint() const {
   w.real(restarts_.growth);
   w.integer(restarts_.bipop);
   w.integer(options_.seed);
+  w.integer(options_.lambda);
+  w.real(options_.sigma);
+  for (const VectorXd* v : {&options_.x0, &options_.scale, &options_.lower, &options_.upper}) {
+    w.reals({v->data(), static_cast<size_t>(v->size())});
+  }
   Hash hash;
   hash.add(w.finish());
   return hash.value();

@@ -110,7 +110,7 @@ Table elevenTable() {
     curve.push_back(row.curve);
     cma.push_back(row.cma);
   }
-  t.columns = {{"CMA-ES", 4, 90, cma}, {"curve", 4, 90, curve}, {"contextual", 9, 90, {}}};
+  t.columns = {{"CMA-ES", 9, 90, cma}, {"curve", 9, 90, curve}, {"contextual", 9, 90, {}}};
   t.ratios = {
       {"curve / CMA-ES", 1, 0}, {"contextual / CMA-ES", 2, 0}, {"contextual / curve", 2, 1}};
   t.run = [](int row, int column, std::uint64_t seed) {

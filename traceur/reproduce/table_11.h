@@ -82,7 +82,6 @@ struct Table11Outcome {
 
 /// Until the threshold, the budget or the optimiser's own stop. The seed draws the segment, the
 /// start and the samples; equal seeds give equal runs.
-/// @throws InputError if there is no such algorithm in this build
 Table11Outcome runTable11(const Table11Row& row, Algorithm algorithm, std::uint64_t seed);
 
 }  // namespace traceur::reproduce
