@@ -94,14 +94,6 @@ CmaEsOptions complete(CmaEsOptions o) {
   return o;
 }
 
-/// The numbers of a vector or matrix, in storage order.
-std::span<const double> numbers(const auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-std::span<double> numbers(auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-
 double rangeOf(double low, double high) {
   return low == high ? 0 : high - low;
 }
@@ -528,12 +520,7 @@ std::string CmaEs::save() const {
   w.integer(s.held.size() > 0);
   if (s.held.size() > 0) w.reals(numbers(s.held));
   w.real(s.held_cost);
-  w.integer(s.stop.has_value());
-  if (s.stop) {
-    w.text(s.stop->reason);
-    w.real(s.stop->value);
-    w.real(s.stop->limit);
-  }
+  writeStop(w, s.stop);
 
   const auto write_told = [&w](const Told& told) {
     w.integer(told.rank_class);
@@ -578,13 +565,7 @@ void CmaEs::restore(std::string_view text) {
   s.held.resize(r.integer() != 0 ? n : 0);
   if (s.held.size() > 0) r.reals(numbers(s.held));
   s.held_cost = r.real();
-  s.stop.reset();
-  if (r.integer() != 0) {
-    s.stop.emplace();
-    s.stop->reason = r.text();
-    s.stop->value = r.real();
-    s.stop->limit = r.real();
-  }
+  s.stop = readStop(r);
 
   const auto read_told = [&r] {
     const int rank_class = static_cast<int>(r.integer());

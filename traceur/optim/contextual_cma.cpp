@@ -12,6 +12,7 @@
 #include "traceur/core/hash.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
+#include "traceur/optim/task_positions.h"
 
 namespace traceur::optim {
 namespace {
@@ -65,11 +66,7 @@ ContextualCmaOptions complete(ContextualCmaOptions o) {
       refuse("x0[{}] = {} is outside [{}, {}]", i, o.x0[i], o.lower[i], o.upper[i]);
     }
   }
-  if (o.tasks.size() == 0) refuse("the problem has no tasks");
-  if (!o.tasks.allFinite()) refuse("a task is NaN or infinite");
-  for (Eigen::Index i = 1; i < o.tasks.size(); ++i) {
-    if (!(o.tasks[i - 1] < o.tasks[i])) refuse("expected tasks that rise");
-  }
+  taskPositions(kKind, o.tasks);  // throws before control points are held against their number
   if (o.control_points < 1 || o.control_points > o.tasks.size()) {
     refuse("expected control points in [1, {}], the number of tasks, got {}", o.tasks.size(),
            o.control_points);
@@ -92,24 +89,16 @@ ContextualCmaOptions complete(ContextualCmaOptions o) {
   return o;
 }
 
-std::span<const double> numbers(const auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-std::span<double> numbers(auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-
 }  // namespace
 
 ContextualCma::ContextualCma(ContextualCmaOptions options)
     : options_(complete(std::move(options))),
       bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
-      Phi_(options_.control_points, options_.tasks.size()),
+      w_(taskPositions(kKind, options_.tasks)),
+      Phi_(options_.control_points, w_.size()),
       eigen_(static_cast<int>(options_.x0.size())) {
-  const VectorXd& t = options_.tasks;
-  for (Eigen::Index i = 0; i < t.size(); ++i) {
-    const double w = t.size() == 1 ? 0 : (t[i] - t[0]) / (t[t.size() - 1] - t[0]);
-    Phi_.col(i) = bernstein(options_.control_points, w);
+  for (Eigen::Index i = 0; i < w_.size(); ++i) {
+    Phi_.col(i) = bernstein(options_.control_points, w_[i]);
   }
   state_.lambda = options_.lambda;
   beginRun();
@@ -190,9 +179,7 @@ std::vector<Candidate> ContextualCma::ask() {
     if (k < state_.lambda) {
       for (int i = 0; i < x.size(); ++i) x[i] = bounds_.fold(i, options_.scale[i] * X_(i, k));
     } else {
-      const VectorXd& t = options_.tasks;
-      const int i = k - state_.lambda;
-      x = mean.at(t.size() == 1 ? 0 : (t[i] - t[0]) / (t[t.size() - 1] - t[0]));
+      x = mean.at(w_[k - state_.lambda]);
     }
     asked.push_back({state_.trials + k, std::move(x)});
   }
@@ -456,12 +443,7 @@ std::string ContextualCma::save() const {
   w.real(s.sigma);
   for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) w.reals(numbers(*m));
   w.reals(s.costs);
-  w.integer(s.stop.has_value());
-  if (s.stop) {
-    w.text(s.stop->reason);
-    w.real(s.stop->value);
-    w.real(s.stop->limit);
-  }
+  writeStop(w, s.stop);
   w.integer(best_.has_value());
   if (best_) {
     w.reals(numbers(best_->curve.points));
@@ -494,13 +476,7 @@ void ContextualCma::restore(std::string_view text) {
   s.sigma = r.real();
   for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.reals(numbers(*m));
   s.costs = r.reals();
-  s.stop.reset();
-  if (r.integer() != 0) {
-    s.stop.emplace();
-    s.stop->reason = r.text();
-    s.stop->value = r.real();
-    s.stop->limit = r.real();
-  }
+  s.stop = readStop(r);
   std::optional<Family> best;
   if (r.integer() != 0) {
     best.emplace();

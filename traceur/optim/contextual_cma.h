@@ -66,16 +66,17 @@ struct ContextualCmaState {
 ///
 ///     w_ki ∝ r_ki max(0, -ln 2u_ki),  Σ_k w_ki = 1;   negative ones from the other half
 ///
-/// One weighted least-squares fit moves the curve, and CMA-ES [Hansen2016] does the rest:
+/// One least-squares fit moves the curve, each task weighted by h_i, Σ h_i = 1: how much importance
+/// its meaningful samples have, up to half of λ. CMA-ES [Hansen2016] does the rest:
 ///
-///     Δ_i = Σ_k w_ki (x_k - m_i),  G = Σ_i φ_i φ_iᵀ,  ΔA = Σ_i Δ_i φ_iᵀ G⁻¹
+///     Δ_i = Σ_k w_ki (x_k - m_i),  G = Σ_i h_i φ_i φ_iᵀ,  ΔA = Σ_i h_i Δ_i φ_iᵀ G⁻¹
 ///     p_σ ← (1-c_σ) p_σ + √(c_σ (2-c_σ) μ_w) C^(-1/2) ΔA G^(1/2)/σ
 ///     p_c ← (1-c_c) p_c + h_σ √(c_c (2-c_c) μ_w) ΔA G^(1/2)/σ
-///     C   ← (1-c_1-c_μ Σw) C + c_1 p_c p_cᵀ/K + c_μ/M Σ_ki w_ki y_ki y_kiᵀ,   y_ki = (x_k - m_i)/σ
-///     σ   ← σ exp(min(1, c_σ/d_σ (‖p_σ‖/χ_nK - 1)))
+///     C   ← (1-c_1-c_μ Σw) C + c_1 p_c p_cᵀ/K + c_μ Σ_ki h_i w_ki y_ki y_kiᵀ,   y_ki = (x_k -
+///     m_i)/σ σ   ← σ exp(min(1, c_σ/d_σ (‖p_σ‖/χ_nK - 1)))
 ///
-/// μ_w = K / tr(G⁻¹ Φ S Φᵀ), S_ij = Σ_k w_ki w_kj, makes p_σ standard normal under random ranks: it
-/// counts samples that serve several tasks once.
+/// with y_ki = (x_k - m_i)/σ. μ_w = K / tr(G⁻¹ Φ S Φᵀ), S_ij = h_i h_j Σ_k w_ki w_kj, makes p_σ
+/// standard normal under random ranks: it counts samples that serve several tasks once.
 ///
 /// Linear-in-features means and one covariance as in contextual CMA-ES [Abdolmaleki2017]; that
 /// every sample is scored and weighted for every task, and the restarts, are ours.
@@ -113,6 +114,7 @@ class ContextualCma : public FamilyOptimizer {
 
   ContextualCmaOptions options_;
   BoundFold bounds_;
+  VectorXd w_;    // (M) the tasks along the curve
   MatrixXd Phi_;  // (K x M) φ_i in columns
   ContextualCmaState state_;
   std::optional<Family> best_;

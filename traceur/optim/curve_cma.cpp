@@ -79,13 +79,6 @@ CurveCmaOptions complete(CurveCmaOptions o) {
   return o;
 }
 
-std::span<const double> numbers(const auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-std::span<double> numbers(auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-
 bool meaningful(double cost) {
   return cost < kInfinity;  // false for NaN too
 }
@@ -399,12 +392,7 @@ std::string CurveCma::save() const {
     }
   }
   w.integer(s.all_failed);
-  w.integer(s.stop.has_value());
-  if (s.stop) {
-    w.text(s.stop->reason);
-    w.real(s.stop->value);
-    w.real(s.stop->limit);
-  }
+  writeStop(w, s.stop);
   for (int k = 0; k < count(); ++k) w.integer(told_[k]);
   w.reals(numbers(costs_));
   return w.finish();
@@ -440,13 +428,7 @@ void CurveCma::restore(std::string_view text) {
     }
   }
   s.all_failed = static_cast<int>(r.integer());
-  s.stop.reset();
-  if (r.integer() != 0) {
-    s.stop.emplace();
-    s.stop->reason = r.text();
-    s.stop->value = r.real();
-    s.stop->limit = r.real();
-  }
+  s.stop = readStop(r);
   const int size = s.measuring ? taskCount() : options_.lambda;
   std::vector<bool> told(size);
   for (int k = 0; k < size; ++k) told[k] = r.integer() != 0;

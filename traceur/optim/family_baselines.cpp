@@ -29,13 +29,6 @@ constexpr int kTurn = 10;
 /// Steps of the finest grid that tasks may lie on.
 constexpr int kFinest = 1000;
 
-std::span<const double> numbers(const auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-std::span<double> numbers(auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-
 /// Cost of the trial at the task; NaN where it says nothing about it.
 double costAt(std::string_view who, const Evaluation& evaluation, int task, int M) {
   if (evaluation.failed || (!evaluation.meaningful() && evaluation.task_costs.empty())) return kNaN;
@@ -59,23 +52,6 @@ size_t placeOf(std::string_view who, std::uint64_t id, std::uint64_t first, size
 
 [[noreturn]] void refuseAgain(std::string_view who, std::uint64_t id) {
   throw InputError(fmt::format("{}: candidate {} has been told already", who, id));
-}
-
-void write(StateWriter& w, const std::optional<Stop>& stop) {
-  w.integer(stop.has_value());
-  if (!stop) return;
-  w.text(stop->reason);
-  w.real(stop->value);
-  w.real(stop->limit);
-}
-
-std::optional<Stop> readStop(StateReader& r) {
-  if (r.integer() == 0) return std::nullopt;
-  Stop stop;
-  stop.reason = r.text();
-  stop.value = r.real();
-  stop.limit = r.real();
-  return stop;
 }
 
 void write(StateWriter& w, const MatrixXd& m) {
@@ -435,11 +411,11 @@ std::string IndividualCma::save() const {
     w.text(search.cma->save());
     w.real(search.cost);
     write(w, search.best);
-    write(w, search.stop);
+    writeStop(w, search.stop);
   }
   write(w, proposed_);
   write(w, measured_);
-  write(w, stop_);
+  writeStop(w, stop_);
   write(w, best_);
   w.integer(asked_.size());
   for (const Asked& asked : asked_) {

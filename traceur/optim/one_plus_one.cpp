@@ -58,13 +58,6 @@ OnePlusOneOptions complete(OnePlusOneOptions o) {
   return o;
 }
 
-std::span<const double> numbers(const auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-std::span<double> numbers(auto& m) {
-  return {m.data(), static_cast<size_t>(m.size())};
-}
-
 }  // namespace
 
 OnePlusOne::OnePlusOne(OnePlusOneOptions options)
@@ -258,12 +251,7 @@ std::string OnePlusOne::save() const {
   w.reals(numbers(s.fading));
   w.reals(s.ancestors);
   w.integer(s.all_failed);
-  w.integer(s.stop.has_value());
-  if (s.stop) {
-    w.text(s.stop->reason);
-    w.real(s.stop->value);
-    w.real(s.stop->limit);
-  }
+  writeStop(w, s.stop);
   return w.finish();
 }
 
@@ -286,13 +274,7 @@ void OnePlusOne::restore(std::string_view text) {
   r.reals(numbers(s.fading));
   s.ancestors = r.reals();
   s.all_failed = static_cast<int>(r.integer());
-  s.stop.reset();
-  if (r.integer() != 0) {
-    s.stop.emplace();
-    s.stop->reason = r.text();
-    s.stop->value = r.real();
-    s.stop->limit = r.real();
-  }
+  s.stop = readStop(r);
   r.finish();
   state_ = std::move(s);
   drawn_ = false;

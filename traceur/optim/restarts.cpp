@@ -119,7 +119,7 @@ std::uint64_t Restarts::fingerprint() const {
   w.integer(options_.lambda);
   w.real(options_.sigma);
   for (const VectorXd* v : {&options_.x0, &options_.scale, &options_.lower, &options_.upper}) {
-    w.reals({v->data(), static_cast<size_t>(v->size())});
+    w.reals(numbers(*v));
   }
   Hash hash;
   hash.add(w.finish());

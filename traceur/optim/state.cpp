@@ -118,4 +118,21 @@ void StateReader::fail(std::string_view why) const {
   throw InputError(fmt::format("cannot restore {}: {}", kind_, why));
 }
 
+void writeStop(StateWriter& writer, const std::optional<Stop>& stop) {
+  writer.integer(stop.has_value());
+  if (!stop) return;
+  writer.text(stop->reason);
+  writer.real(stop->value);
+  writer.real(stop->limit);
+}
+
+std::optional<Stop> readStop(StateReader& reader) {
+  if (reader.integer() == 0) return std::nullopt;
+  Stop stop;
+  stop.reason = reader.text();
+  stop.value = reader.real();
+  stop.limit = reader.real();
+  return stop;
+}
+
 }  // namespace traceur::optim

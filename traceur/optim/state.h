@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "traceur/optim/optimizer.h"
 
 namespace traceur::optim {
 
@@ -52,5 +55,16 @@ class StateReader {
   std::string_view rest_;
   std::string kind_;
 };
+
+/// The numbers of a vector or matrix, in storage order.
+std::span<const double> numbers(const auto& m) {
+  return {m.data(), static_cast<size_t>(m.size())};
+}
+std::span<double> numbers(auto& m) {
+  return {m.data(), static_cast<size_t>(m.size())};
+}
+
+void writeStop(StateWriter& writer, const std::optional<Stop>& stop);
+std::optional<Stop> readStop(StateReader& reader);
 
 }  // namespace traceur::optim
