@@ -72,8 +72,8 @@ struct ContextualCmaState {
 ///     Δ_i = Σ_k w_ki (x_k - m_i),  G = Σ_i h_i φ_i φ_iᵀ,  ΔA = Σ_i h_i Δ_i φ_iᵀ G⁻¹
 ///     p_σ ← (1-c_σ) p_σ + √(c_σ (2-c_σ) μ_w) C^(-1/2) ΔA G^(1/2)/σ
 ///     p_c ← (1-c_c) p_c + h_σ √(c_c (2-c_c) μ_w) ΔA G^(1/2)/σ
-///     C   ← (1-c_1-c_μ Σw) C + c_1 p_c p_cᵀ/K + c_μ Σ_ki h_i w_ki y_ki y_kiᵀ,   y_ki = (x_k -
-///     m_i)/σ σ   ← σ exp(min(1, c_σ/d_σ (‖p_σ‖/χ_nK - 1)))
+///     C   ← (1-c_1-c_μ Σw) C + c_1 p_c p_cᵀ/K + c_μ Σ_ki h_i w_ki y_ki y_kiᵀ
+///     σ   ← σ exp(min(1, c_σ/d_σ (‖p_σ‖/χ_nK - 1)))
 ///
 /// with y_ki = (x_k - m_i)/σ. μ_w = K / tr(G⁻¹ Φ S Φᵀ), S_ij = h_i h_j Σ_k w_ki w_kj, makes p_σ
 /// standard normal under random ranks: it counts samples that serve several tasks once.

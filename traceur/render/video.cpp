@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "traceur/core/error.h"
-#include "traceur/render/font.h"
-#include "traceur/render/motion.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/process.h"
+#include "traceur/render/font.h"
+#include "traceur/render/motion.h"
 
 namespace traceur::render {
 namespace {
