@@ -63,6 +63,8 @@ struct VirtualForce {
   sim::Vector3d p_BP = sim::Vector3d::Zero();  ///< in the body's frame [m]
   sim::Vector3d f = sim::Vector3d::Zero();     ///< world axes [N]
 
+  // By value is how Eigen hands out what may be written.
+  // NOLINTNEXTLINE(performance-unnecessary-value-param)
   void addTorque(const sim::Snapshot& s, Eigen::Ref<VectorXd> tau) const {
     s.addPointForce(body, p_BP, f, tau);
   }

@@ -312,7 +312,7 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   }
   G += 1e-8 * G.trace() * MatrixXd::Identity(K, K);
   const Eigen::LLT<MatrixXd> llt(G);
-  const MatrixXd dA = llt.solve(moved.transpose()).transpose();
+  const MatrixXd delta_A = llt.solve(moved.transpose()).transpose();
   const MatrixXd G_root = llt.matrixL();  // G = L Lᵀ: ΔA L has the norm of ΔA G^(1/2)
   const MatrixXd PhiW = Phi * heard.asDiagonal() * W;  // (K x λ)
   const double mu_w = K / (llt.solve(PhiW * PhiW.transpose())).trace();
@@ -331,9 +331,9 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   const double c_mu =
       std::min(1 - c_1, 2 * (0.25 + mu + 1 / mu - 2) / ((n + 2.0) * (n + 2.0) + mu));
 
-  const MatrixXd step = dA * G_root / s.sigma;  // (n x K)
+  const MatrixXd step = delta_A * G_root / s.sigma;  // (n x K)
   const MatrixXd whitened = B * (D_.cwiseInverse().asDiagonal() * (B.transpose() * step));
-  s.A += dA;
+  s.A += delta_A;
   ++s.updates;
   s.p_sigma = (1 - c_sigma) * s.p_sigma + std::sqrt(c_sigma * (2 - c_sigma) * mu_w) * whitened;
   const double length = s.p_sigma.norm();
@@ -352,7 +352,7 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   double weight_sum = 0;
   for (int i = 0; i < M; ++i) {
     if (!(heard[i] > 0)) continue;
-    const MatrixXd Y = (X_.colwise() - (s.A - dA) * Phi.col(i)) / s.sigma;
+    const MatrixXd Y = (X_.colwise() - (s.A - delta_A) * Phi.col(i)) / s.sigma;
     VectorXd w = W.row(i).transpose();
     for (int k = 0; k < lambda; ++k) {
       const double low = alpha * negative(i, k);

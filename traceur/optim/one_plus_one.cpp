@@ -29,7 +29,7 @@ template <typename... Args>
 }
 
 OnePlusOneOptions complete(OnePlusOneOptions o) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto n = static_cast<int>(o.x0.size());
   if (n == 0) refuse("expected x0 of at least one variable, got none");
   if (!(o.sigma > 0 && std::isfinite(o.sigma))) {

@@ -11,11 +11,11 @@ namespace traceur::optim {
 SvmClassifier::SvmClassifier(const Eigen::MatrixXd& X, const std::vector<bool>& inside,
                              const SvmOptions& options)
     : gamma_(options.gamma) {
-  static const bool quiet = [] {
+  static const bool kQuiet = [] {
     svm_set_print_string_function([](const char*) {});
     return true;
   }();
-  static_cast<void>(quiet);
+  static_cast<void>(kQuiet);
 
   const auto n = static_cast<int>(X.rows());
   const auto count = static_cast<int>(X.cols());

@@ -187,7 +187,7 @@ AnchorOutcome runAnchor(int anchor, int algorithm, std::uint64_t seed) {
   outcome.gap = kInfinity;
   const double target = kAnchorGap * std::max(1.0, std::abs(a.best));
   const auto run = [&](const VectorXd& x) {
-    const optim::Evaluation evaluation = problem.evaluate(x);
+    optim::Evaluation evaluation = problem.evaluate(x);
     ++outcome.rollouts;
     if (evaluation.feasible()) {
       outcome.gap = std::min(outcome.gap, evaluation.cost - a.best);

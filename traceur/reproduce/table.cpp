@@ -92,14 +92,14 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
   std::vector<Key> todo;
   int total = 0;
   int most = 0;
-  const auto seedsOf = [&](const Column& c) {
+  const auto seeds_of = [&](const Column& c) {
     return options.seeds > 0 ? options.seeds : options.seeds < 0 ? c.full : c.seeds;
   };
-  for (const Column& c : table_->columns) most = std::max(most, seedsOf(c));
+  for (const Column& c : table_->columns) most = std::max(most, seeds_of(c));
   for (int s = 0; s < most; ++s) {
     for (int r = 0; r < static_cast<int>(table_->rows.size()); ++r) {
       for (int c = 0; c < static_cast<int>(table_->columns.size()); ++c) {
-        if (s >= seedsOf(table_->columns[c])) continue;
+        if (s >= seeds_of(table_->columns[c])) continue;
         ++total;
         const Key key{r, c, options.first_seed + s};
         if (!outcomes_.contains(key)) todo.push_back(key);
@@ -200,7 +200,7 @@ Summary summarise(const Results& results) {
   }
 
   // The geometric mean over rows of the ratio of two columns' means.
-  const auto ratioOver = [&](const std::vector<size_t>& over, const Ratio& ratio) {
+  const auto ratio_over = [&](const std::vector<size_t>& over, const Ratio& ratio) {
     RatioSummary s;
     std::vector<Sample> pairs;
     std::vector<double> printed;
@@ -227,7 +227,7 @@ Summary summarise(const Results& results) {
   };
   std::vector<std::pair<std::string, std::vector<size_t>>> groups;
   for (size_t r = 0; r < rows; ++r) {
-    for (const Ratio& ratio : t.ratios) summary.ratios[r].push_back(ratioOver({r}, ratio));
+    for (const Ratio& ratio : t.ratios) summary.ratios[r].push_back(ratio_over({r}, ratio));
     auto group = std::find_if(groups.begin(), groups.end(),
                               [&](const auto& g) { return g.first == t.rows[r].group; });
     if (group == groups.end()) group = groups.insert(groups.end(), {t.rows[r].group, {}});
@@ -236,7 +236,7 @@ Summary summarise(const Results& results) {
   for (const auto& [name, members] : groups) {
     if (members.size() < 2) continue;
     Summary::Group group{name, t.rows[members[0]].quantity, static_cast<int>(members.size()), {}};
-    for (const Ratio& ratio : t.ratios) group.ratios.push_back(ratioOver(members, ratio));
+    for (const Ratio& ratio : t.ratios) group.ratios.push_back(ratio_over(members, ratio));
     summary.groups.push_back(std::move(group));
   }
   return summary;

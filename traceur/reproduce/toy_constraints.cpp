@@ -38,8 +38,8 @@ Vector2d ToyRow::optimum() const {
 }
 
 std::span<const ToyRow> toyRows() {
-  constexpr auto kTriangle = Shape::kTriangle;
-  constexpr auto kUndulation = Noise::kUndulation;
+  static constexpr auto kTriangle = Shape::kTriangle;
+  static constexpr auto kUndulation = Noise::kUndulation;
   static const std::array<ToyRow, 10> kRows = {{
       {"Toy1 ratio 200", "7, 8", kTriangle, Noise::kRandom, 7.5, 0, 0, 663.2, 144.8},
       {"Toy1 ratio 50", "8", kTriangle, Noise::kRandom, 7.0, 0, 0, 237.2, 153.2},

@@ -129,25 +129,26 @@ std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
   if (const Robot* robot = scene.robot.get()) {
     // Every name of the TOML must mean something in the model.
     Diagnostics diagnostics(robot->file.string());
-    const auto check = [&](auto&& lookUp) {
+    const auto check = [&](auto&& look_up) {
       try {
-        lookUp();
+        look_up();
       } catch (const InputError& e) {
         diagnostics.add(0, 0, e.what());
       }
     };
-    for (const auto& [name, pair] : robot->mirrored) {
-      check([&] { model->joint(pair.left), model->joint(pair.right); });
+    // By entry: clang before 16 captures no parts of one.
+    for (const auto& pair : robot->mirrored) {
+      check([&] { model->joint(pair.second.left), model->joint(pair.second.right); });
     }
-    for (const auto& [name, unused] : robot->limits) check([&] { model->joint(name); });
-    for (const auto& [name, unused] : robot->gains) check([&] { model->joint(name); });
-    for (const auto& [name, point] : robot->contacts) check([&] { model->body(point.body); });
+    for (const auto& limit : robot->limits) check([&] { model->joint(limit.first); });
+    for (const auto& gain : robot->gains) check([&] { model->joint(gain.first); });
+    for (const auto& contact : robot->contacts) check([&] { model->body(contact.second.body); });
     for (const auto* groups : {&robot->limbs, &robot->bodies}) {
       for (const auto& [name, list] : *groups) {
         for (const std::string& body : list) check([&] { model->body(body); });
       }
     }
-    for (const auto& [name, pose] : robot->poses) check([&] { model->stateOf(pose); });
+    for (const auto& pose : robot->poses) check([&] { model->stateOf(pose.second); });
     diagnostics.throwIfAny();
   }
   return model;

@@ -129,6 +129,7 @@ struct Runner::Impl {
   static std::vector<BoundTarget> bind(const std::vector<JointValue>& values,
                                        const Expression::Lookup& lookup) {
     std::vector<BoundTarget> out;
+    out.reserve(values.size());
     for (const JointValue& v : values) {
       out.push_back({v.joint, v.sign, Expression(v.expression, lookup)});
     }
