@@ -439,6 +439,9 @@ TEST(Scene, HasRoomForTheContactsOfItsProps) {
 }
 
 TEST(World, SaysThatThereWereTooManyContacts) {
+  if (!engineVersion().starts_with("MuJoCo 2")) {
+    GTEST_SKIP() << "later engines make room as they go";
+  }
   const auto model = Model::fromMjcf(R"(<mujoco><size njmax="400" nconmax="2"/>
     <worldbody><geom type="plane" size="0 0 1"/>
     <body pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>)");

@@ -261,6 +261,9 @@ TEST(Rollout, AMeasureThatSawNothingHasNoValueUnlessTheFileGivesOne) {
 }
 
 TEST(Rollout, TooManyContactsAreAFailedTrialWithItsOwnWords) {
+  if (!sim::engineVersion().starts_with("MuJoCo 2")) {
+    GTEST_SKIP() << "later engines make room as they go";
+  }
   // Spheres in a bowl of spheres: more contacts than anyone made room for.
   std::string mjcf = "<mujoco><worldbody><body name='b' pos='0 0 .12'><freejoint/>";
   for (int i = 0; i < 400; ++i) {
