@@ -23,6 +23,9 @@ namespace {
 constexpr off_t kMostWords = 2000;  // of a failed program's complaints, the last ones [ours]
 
 [[noreturn]] void failToRun(const std::string& program, int error) {
+  if (error == ENOENT && program.find('/') != std::string::npos) {
+    throw SystemError(fmt::format("cannot run {}: there is no such file", program));
+  }
   throw SystemError(
       error == ENOENT
           ? fmt::format("cannot run {0}: it is not on the PATH. Install it (Debian: "

@@ -26,26 +26,11 @@ namespace traceur::reproduce {
 /// All but the sphere have 0.1 Σ max(0, |x_i| - 1)² on top. There are no bounds.
 enum class Function { kSphere, kBentCigar, kWeierstrass, kSchwefel };
 
-/// What one row says, as printed. Measured over seeds 1 … 90, as trimmed means, with 95 % intervals
-/// of 1000 resamples:
-///
-///                     dissertation's       CMA-ES               ratio (printed)
-///     sphere-5        5913 ± 100           7333 ± 80            0.81 (0.88)
-///     sphere-10       9774 ± 160           13424 ± 130          0.73 (0.71)
-///     sphere-20       16244 ± 240          23719 ± 170          0.69 (0.70)
-///     bent-cigar-5    1414 ± 60            2873 ± 70            0.49 (0.53)
-///     bent-cigar-10   3087 ± 100           5759 ± 100           0.54 (0.54)
-///     bent-cigar-20   5822 ± 110           10965 ± 140          0.53 (0.52)
-///     weierstrass-5   0.00094 ± 0.00002    0.042 ± 0.015        0.022, 0.016 to 0.037 (0.026)
-///     weierstrass-10  0.029 ± 0.020        0.195 ± 0.027        0.15, 0.07 to 0.26 (0.007)
-///     schwefel-5      0.087 ± 0.030        0.084 ± 0.029        1.03, 0.62 to 1.59 (0.063)
-///     schwefel-7      0.204 ± 0.050        0.178 ± 0.038        1.14, 0.83 to 1.54 (0.034)
-///
-/// The unimodal rows come out within 8 %. The last three do not: their runs either find the optimum
-/// or stay in a local minimum, and the mean says how often. Nine of our runs give the printed
-/// weierstrass-10, or no more than 15 % above it, in 2 of 100 draws. Of the other fit error, a
-/// failure exponent of 1/9, α = 100, the text's settings and 30000 trials none brings both
-/// weierstrass-10 and a Schwefel row to print.
+/// What one row says, as printed; docs/reproduction.md has what it measured here. The costs of the
+/// dissertation's optimiser on weierstrass-10 and the Schwefel rows do not come out: its runs
+/// either find the optimum or stay in a local minimum, and the mean says how often. None of the
+/// other fit error, a failure exponent of 1/9, α = 100, the text's settings and 30000 trials brings
+/// both weierstrass-10 and a Schwefel row to print.
 struct Table11Row {
   std::string name;  ///< "sphere-5"
   Function function = Function::kSphere;
