@@ -13,6 +13,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/render/gl_context.h"
+#include "traceur/sim/mujoco_compat.h"
 
 namespace traceur::render {
 namespace {
@@ -164,7 +165,7 @@ struct Offscreen::State {
   std::shared_ptr<const sim::Model> model;
   OffscreenOptions options;
   GlContext gl;
-  mjModel* m = nullptr;  // our own copy: what concerns pictures is changed in it
+  mjModel* m = nullptr;  // with all that is only seen; what concerns pictures is changed in it
   mjData* d = nullptr;
   mjvScene scene;
   mjrContext context;
@@ -177,7 +178,9 @@ struct Offscreen::State {
 Offscreen::State::State(std::shared_ptr<const sim::Model> model_in,
                         const OffscreenOptions& options_in)
     : model(std::move(model_in)), options(options_in) {
-  m = mj_copyModel(nullptr, model->raw());
+  std::string error;
+  m = sim::loadXmlText(model->mjcf(), error);
+  if (!m) throw InputError(fmt::format("the scene cannot be drawn: {}", error));
   d = mj_makeData(m);
   mjv_defaultOption(&show);
   std::vector<int> all_geoms;

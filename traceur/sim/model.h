@@ -91,6 +91,8 @@ class Model {
   /// The MJCF this was compiled from: enough to make it again anywhere, but for meshes and
   /// textures, of which it holds absolute paths.
   const std::string& mjcf() const { return mjcf_; }
+  /// The physics: without geoms that cannot touch anything, textures and the like. What is to be
+  /// seen is compiled from mjcf(); bodies, q and v are the same in both.
   const mjModel_* raw() const { return model_; }
 
  private:

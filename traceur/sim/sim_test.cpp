@@ -421,6 +421,21 @@ TEST(Scene, TheGroundHoldsWhateverTheRobotsDefaultsAre) {
   EXPECT_NEAR(world.snapshot().com().z(), 0.1, 1e-3);
 }
 
+TEST(Model, StepsWithoutWhatIsOnlySeenUnlessItWeighs) {
+  const auto text = [](const char* inertial) {
+    return fmt::format(R"(<mujoco><worldbody><body><freejoint/>{}
+      <geom size=".1"/><geom size=".2" contype="0" conaffinity="0"/></body></worldbody></mujoco>)",
+                       inertial);
+  };
+  const std::string says = text(R"(<inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/>)");
+  const auto lean = Model::fromMjcf(says);
+  EXPECT_EQ(lean->raw()->ngeom, 1);
+  EXPECT_EQ(lean->mass(), 2);
+  EXPECT_EQ(lean->mjcf(), says);
+  const auto whole = Model::fromMjcf(text(""));
+  EXPECT_NEAR(whole->mass(), 1000 * 4 / 3. * M_PI * (1e-3 + 8e-3), 1e-9);
+}
+
 TEST(Scene, HasRoomForTheContactsOfItsProps) {
   std::vector<Prop> boxes;
   for (int i = 0; i < 36; ++i) {
