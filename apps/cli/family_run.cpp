@@ -37,6 +37,10 @@ std::string toText(const optim::Family& family) {
   return j.dump();
 }
 
+std::filesystem::path beside(const std::filesystem::path& run, const std::string& ending) {
+  return run.parent_path() / (run.stem().string() + ending);
+}
+
 FamilyRun readFamily(const RunFile& run) {
   const auto text = run.meta("family");
   const std::string tasks = run.meta("tasks").value_or("");

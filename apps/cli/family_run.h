@@ -1,6 +1,7 @@
 // A family of skills as a run file holds it: a curve of parameters over a range of tasks.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -29,5 +30,8 @@ std::string toText(const optim::Family& family);
 
 /// @throws InputError when the run is not one of a family, or has found none yet
 FamilyRun readFamily(const RunFile& run);
+
+/// What is made of a run, in its folder: "a/jump.run" and "-sweep.csv" give "a/jump-sweep.csv".
+std::filesystem::path beside(const std::filesystem::path& run, const std::string& ending);
 
 }  // namespace traceur::cli

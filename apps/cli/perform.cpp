@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "apps/cli/family_run.h"
+#include "apps/cli/perturb.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
@@ -24,6 +25,8 @@ struct Arguments {
   std::string run;
   std::vector<double> tasks;
   int sweep = 0;
+  bool perturb = false;
+  std::uint64_t seed = 1;
   int threads = 0;
   int count = 8;
   bool json = false;
@@ -37,10 +40,6 @@ struct Performance {
 
   double error() const { return rollout.achieved - task; }
 };
-
-fs::path beside(const fs::path& run, const std::string& ending) {
-  return run.parent_path() / (run.stem().string() + ending);
-}
 
 nlohmann::ordered_json toJson(const Performance& p) {
   return {{"task", p.task},           {"achieved", p.rollout.achieved},
@@ -152,6 +151,14 @@ int sweep(const Arguments& a, const FamilyRun& f) {
 
 int perform(const Arguments& a) {
   const FamilyRun f = readFamily(RunFile::open(a.run, false));
+  if (a.perturb) {
+    return perturb(f, {.run = a.run,
+                       .tasks = a.sweep,
+                       .seed = a.seed,
+                       .threads = a.threads,
+                       .picture = !a.no_picture,
+                       .json = a.json});
+  }
   if (a.sweep > 0) return sweep(a, f);
   if (a.tasks.empty()) throw InputError("expected --task or --sweep");
   return performTasks(a, f);
@@ -168,9 +175,15 @@ void addPerform(CLI::App& program, int& exit_code) {
                                 "What to ask for, in the skill's own unit; several, comma "
                                 "separated, are drawn under each other")
                    ->delimiter(',');
-  verb->add_option("--sweep", a->sweep, "So many tasks, evenly over the range: a CSV and a figure")
-      ->check(CLI::Range(2, 100'000))
-      ->excludes(task);
+  auto* sweep = verb->add_option("--sweep", a->sweep,
+                                 "So many tasks, evenly over the range: a CSV and a figure")
+                    ->check(CLI::Range(2, 100'000))
+                    ->excludes(task);
+  verb->add_flag("--perturb", a->perturb,
+                 "Sweep with another mass, friction, control delay and sensor noise than was "
+                 "learned with: what the family withstands, as CSV and figure")
+      ->needs(sweep);
+  verb->add_option("--seed", a->seed, "Of the disturbances drawn at random")->capture_default_str();
   verb->add_option("--count", a->count, "Film strip: panels of each task")
       ->check(CLI::Range(1, 50))
       ->capture_default_str();
@@ -183,6 +196,7 @@ void addPerform(CLI::App& program, int& exit_code) {
       "  traceur perform runs/jump-family-seed1.run --task 0.06\n"
       "  traceur perform runs/jump-family-seed1.run --task 0.03,0.055,0.08\n"
       "  traceur perform runs/jump-family-seed1.run --sweep 51\n"
+      "  traceur perform runs/jump-family-seed1.run --sweep 11 --perturb\n"
       "Exit code: 0 done, 1 a performance failed, 2 wrong use.");
   verb->callback([a, &exit_code] { exit_code = perform(*a); });
 }

@@ -4,7 +4,8 @@ namespace traceur::cli {
 
 const std::vector<AddVerb>& allVerbs() {
   static const std::vector<AddVerb> kVerbs = {
-      addLearn, addPerform, addShow, addRender, addPlot, addInspect, addMinimise, addReproduce,
+      addLearn, addPerform, addExport,   addShow,      addRender,
+      addPlot,  addInspect, addMinimise, addReproduce,
   };
   return kVerbs;
 }

@@ -14,6 +14,7 @@ using AddVerb = void (*)(CLI::App& program, int& exit_code);
 
 void addLearn(CLI::App& program, int& exit_code);
 void addPerform(CLI::App& program, int& exit_code);
+void addExport(CLI::App& program, int& exit_code);
 void addShow(CLI::App& program, int& exit_code);
 void addRender(CLI::App& program, int& exit_code);
 void addPlot(CLI::App& program, int& exit_code);

@@ -90,6 +90,26 @@ expect 2 'not a family' -- perform "$dir/b.run" --task 0.5
   { echo "perform --json: not the object it should be"; failures=$((failures + 1)); }
 "$traceur" perform "$dir/k.run" --sweep 5 --no-picture --json >/dev/null && [ "$(wc -l <"$dir/k-sweep.csv")" -eq 7 ] ||
   { echo "perform --sweep: no table of five"; failures=$((failures + 1)); }
+expect 2 '--perturb requires --sweep' -- perform "$dir/k.run" --perturb
+"$traceur" perform "$dir/k.run" --sweep 2 --perturb --no-picture --json |
+  python3 -c 'import json, sys; k = json.load(sys.stdin)["kinds"]; sys.exit(not (k["mass"]["trials"] == 10 and k["drawn"]["trials"] == 40))' ||
+  { echo "perform --perturb: not the object it should be"; failures=$((failures + 1)); }
+expect 2 'a family: expected --task' -- export "$dir/k.run"
+expect 2 'learned for 0 to 1' -- export "$dir/k.run" --task 2
+expect 2 'was learned for' -- export "$dir/b.run" --task 0.77
+expect 2 'time step' -- export "$dir/k.run" --task 0.4 --period 0.0001
+[ ! -e "$dir/k-0.4-targets.csv" ] || { echo "export: left a file after a mistake"; failures=$((failures + 1)); }
+"$traceur" export "$dir/k.run" --task 0.4 >/dev/null && [ "$(wc -l <"$dir/k-0.4-targets.csv")" -eq 12 ] &&
+  python3 - "$dir/k-0.4-controller.json" <<'END' || { echo "export: not what it should be"; failures=$((failures + 1)); }
+import json, sys
+c = json.load(open(sys.argv[1]))
+target = c["phases"][0]["targets"]["l_shoulder"]
+sys.exit(not (0 < target < 1 and target == c["phases"][0]["targets"]["r_shoulder"]
+              and c["parameters"]["shoulder"]["value"] == target))
+END
+"$traceur" export "$dir/b.run" >/dev/null || { echo "export: not of one task"; failures=$((failures + 1)); }
+expect 2 'none of this name' 'Did you mean "contextual"' -- reproduce figure-32 --column contextal
+expect 2 '--picture' 'is no figure' -- reproduce table-7 --picture "$dir/x.png"
 
 expect 2 'no table or figure "table-12"' 'table-11' -- reproduce table-12
 expect 2 '--seeds' -- reproduce table-7 --seeds 0

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 
 #include "traceur/control/expression.h"
@@ -11,6 +12,7 @@
 #include "traceur/control/stable_pd.h"
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/random.h"
 #include "traceur/skill/names.h"
 
 namespace traceur::skill {
@@ -76,29 +78,24 @@ struct Runner::Impl {
   std::optional<Expression> stop;
   std::optional<Expression> achieved;
 
+  sim::Vector3d sensed_velocity = sim::Vector3d::Zero();  // of the COM [m/s]
+
   // Scratch.
   control::JointTarget from, goal, target;
   VectorXd tau;
   sim::Torque command;
+  Random noise{0};
+  std::deque<sim::Torque> late;  // commands that a delay keeps back, the oldest first
 
   explicit Impl(std::shared_ptr<const Skill> s)
       : skill(std::move(s)),
         world(skill->model),
         signals(skill->model),
-        pd(control::defaultController(skill->model)),
+        pd(controllerOf(*skill)),
         parameters(skill->parameters.size()),
         horizon(skill->horizon),
         failed(skill->failures.size()),
         tau(skill->model->nv()) {
-    const ControllerOptions& c = skill->controller;
-    for (sim::JointGain& g : pd.gains()) {
-      g.kp = c.kp.value_or(g.kp);
-      g.kd = c.kd.value_or(g.kd);
-    }
-    for (sim::JointLimit& l : pd.limits()) {
-      l.torque = c.torque.value_or(l.torque);
-      l.speed = c.speed.value_or(l.speed);
-    }
     const auto setup = [this](const std::string& name) { return find(Scope::kSetup, name); };
     const auto running = [this](const std::string& name) { return find(Scope::kRunning, name); };
     const auto verdict = [this](const std::string& name) { return find(Scope::kVerdict, name); };
@@ -115,8 +112,14 @@ struct Runner::Impl {
       if (!p.until.empty()) b.until.emplace(p.until, running);
       phases.push_back(std::move(b));
     }
+    const auto sensed = [&](const std::string& name) -> const double* {
+      for (int axis = 0; axis < 3; ++axis) {
+        if (name == std::string("com_velocity.") + "xyz"[axis]) return &sensed_velocity[axis];
+      }
+      return running(name);
+    };
     for (const Feedback& f : skill->feedback) {
-      feedback.push_back({bind(f.joints, running), &f.during});
+      feedback.push_back({bind(f.joints, sensed), &f.during});
     }
     for (const Failure& f : skill->failures) failures.emplace_back(f.when, running);
     for (const Term& t : skill->terms) terms.emplace_back(t.cost, verdict);
@@ -204,9 +207,18 @@ struct Runner::Impl {
     const double blend = p.blend.value();
     const double done = blend > 0 ? std::min(1.0, phase_time / blend) : 1.0;
     target.q = from.q + done * (goal.q - from.q);
+    const Disturbance& d = skill->disturbance;
+    sensed_velocity = s.comVelocity();
+    if (d.velocity_noise > 0) {
+      for (double& v : sensed_velocity) v += d.velocity_noise * noise.normal();
+    }
     for (const BoundFeedback& f : feedback) {
       if (!(*f.during)[phase]) continue;
       for (const BoundTarget& j : f.joints) target.q[j.joint] += j.sign * j.value.value();
+    }
+    // To a PD controller an angle read too large is a target too small.
+    if (d.encoder_noise > 0) {
+      for (double& q : target.q) q -= d.encoder_noise * noise.normal();
     }
     tau.setZero();
     for (const BoundForce& f : p.forces) f.force.addTorque(s, tau);
@@ -215,7 +227,8 @@ struct Runner::Impl {
     control::toMotors(*skill->model, tau, command);
   }
 
-  Rollout run(const VectorXd& x, double asked, sim::Recording* recording) {
+  Rollout run(const VectorXd& x, double asked, sim::Recording* recording,
+              const Runner::OnTarget& on_target) {
     if (x.size() != parameters.size() || !x.allFinite()) {
       throw InputError(fmt::format("{}: expected {} finite parameters, got {}{}", skill->name,
                                    parameters.size(), x.size(),
@@ -243,6 +256,14 @@ struct Runner::Impl {
       recording->phases.clear();
       for (const Phase& p : skill->phases) recording->phases.push_back(p.name);
       recording->frames.clear();
+    }
+    const auto delay = static_cast<size_t>(std::lround(skill->disturbance.delay / dt));
+    noise = Random(skill->disturbance.seed);
+    if (delay > 0) {  // until the first answer comes, motors do what holds the start
+      tau.setZero();
+      pd.addTorque(s, goal, tau);
+      control::toMotors(*skill->model, tau, command);
+      late.assign(delay, command);
     }
     int phase = 0;
     double entered = 0;
@@ -283,6 +304,12 @@ struct Runner::Impl {
       }
       if (end) break;
       control(phase, s);
+      if (on_target) on_target(time, phase, target);
+      if (delay > 0) {
+        late.push_back(command);
+        command = late.front();
+        late.pop_front();
+      }
       world.step(command);
       if (world.diverged() || world.overflowed()) {
         r.diverged = true;
@@ -304,6 +331,20 @@ struct Runner::Impl {
   }
 };
 
+control::StablePd controllerOf(const Skill& skill) {
+  control::StablePd pd = control::defaultController(skill.model);
+  const ControllerOptions& c = skill.controller;
+  for (sim::JointGain& g : pd.gains()) {
+    g.kp = c.kp.value_or(g.kp);
+    g.kd = c.kd.value_or(g.kd);
+  }
+  for (sim::JointLimit& l : pd.limits()) {
+    l.torque = c.torque.value_or(l.torque);
+    l.speed = c.speed.value_or(l.speed);
+  }
+  return pd;
+}
+
 Runner::Runner(std::shared_ptr<const Skill> skill)
     : impl_(std::make_unique<Impl>(std::move(skill))) {}
 Runner::~Runner() = default;
@@ -320,8 +361,9 @@ bool Runner::motionDependsOnTask() const {
   return impl_->task_moves;
 }
 
-Rollout Runner::run(const VectorXd& parameters, double task, sim::Recording* recording) {
-  return impl_->run(parameters, task, recording);
+Rollout Runner::run(const VectorXd& parameters, double task, sim::Recording* recording,
+                    const OnTarget& on_target) {
+  return impl_->run(parameters, task, recording, on_target);
 }
 
 }  // namespace traceur::skill

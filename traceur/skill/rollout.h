@@ -1,10 +1,12 @@
 // One trial of a skill, from its start to a verdict.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "traceur/control/stable_pd.h"
 #include "traceur/sim/recording.h"
 #include "traceur/skill/skill.h"
 
@@ -27,6 +29,9 @@ struct Rollout {
   bool failed() const;
 };
 
+/// The robot's controller with what the skill changes in it.
+control::StablePd controllerOf(const Skill& skill);
+
 /// One thread's workspace for rollouts of one skill; made once, used for many.
 class Runner {
  public:
@@ -35,11 +40,16 @@ class Runner {
   Runner(Runner&&) noexcept;
   Runner& operator=(Runner&&) = delete;
 
+  /// The time [s], the phase's index and each joint's target, feedback included [rad].
+  using OnTarget = std::function<void(double time, int phase, const control::JointTarget&)>;
+
   /// Runs the skill. Equal arguments give equal bits in any Runner on any thread.
   /// @param parameters  (n), in the order and units of Skill::parameters
   /// @param recording   filled every kInterval when given
+  /// @param on_target   called each step with what the joints are told
   /// @throws InputError for a wrong number of parameters, or NaN among them
-  Rollout run(const VectorXd& parameters, double task, sim::Recording* recording = nullptr);
+  Rollout run(const VectorXd& parameters, double task, sim::Recording* recording = nullptr,
+              const OnTarget& on_target = {});
 
   /// What the last run would have cost for another task, where the motion does not depend on it.
   double costOf(double task);

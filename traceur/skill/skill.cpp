@@ -48,9 +48,10 @@ std::vector<fs::path> modelFolders(const fs::path& beside) {
 /// that cannot be loaded ends the reading of everything that depends on it.
 class SkillReader {
  public:
-  SkillReader(const fs::path& file, std::string text)
+  SkillReader(const fs::path& file, std::string text, const Disturbance& disturbance)
       : document_(parseToml(text, file.string())), diagnostics_(file.string()) {
     skill_.file = file;
+    skill_.disturbance = disturbance;
     skill_.text = std::move(text);
   }
 
@@ -217,14 +218,17 @@ class SkillReader {
     const TomlReader s = top.table("scene");
     scene.ground = s.boolean("ground", true);
     scene.ground_material = material(s, scene.time_step);
+    scene.ground_material.friction =
+        skill_.disturbance.friction.value_or(scene.ground_material.friction);
     const std::vector<TomlReader> rows = readProps(s, scene.time_step, scene.props);
     s.finish();
     const std::string robot = top.string("robot");
     if (robot.empty()) return;
     std::string wrong;
     try {
-      scene.robot = std::make_shared<const sim::Robot>(
-          sim::Robot::fromFile(findRobot(robot, skill_.file.parent_path())));
+      sim::Robot read = sim::Robot::fromFile(findRobot(robot, skill_.file.parent_path()));
+      read.mass_scale *= skill_.disturbance.mass;
+      scene.robot = std::make_shared<const sim::Robot>(std::move(read));
       skill_.model = sim::Model::fromScene(scene);
       return;
     } catch (const InputError& e) {
@@ -607,8 +611,9 @@ std::shared_ptr<const Skill> Skill::fromFile(const fs::path& file) {
   return fromText(readFile(file), file);
 }
 
-std::shared_ptr<const Skill> Skill::fromText(const std::string& text, const fs::path& file) {
-  return SkillReader(file, text).read();
+std::shared_ptr<const Skill> Skill::fromText(const std::string& text, const fs::path& file,
+                                             const Disturbance& disturbance) {
+  return SkillReader(file, text, disturbance).read();
 }
 
 fs::path findRobot(const std::string& name, const fs::path& beside) {

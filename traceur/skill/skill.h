@@ -2,6 +2,7 @@
 // makes a trial good or bad. All of it is data a person writes in TOML; docs/guide/skill-files.md.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -91,6 +92,17 @@ struct ControllerOptions {
   std::optional<double> torque, speed;  ///< limits [N·m], [rad/s]
 };
 
+/// How a robot and its ground may differ from their model, to know what a skill withstands before
+/// it meets them.
+struct Disturbance {
+  double mass = 1;                 ///< factor on every mass and inertia of the robot
+  std::optional<double> friction;  ///< of the ground, in place of the skill's
+  double delay = 0;                ///< from a state to the torque that answers it [s], whole steps
+  double encoder_noise = 0;        ///< standard deviation, each joint and step [rad]
+  double velocity_noise = 0;       ///< of the com_velocity that feedback reads [m/s]
+  std::uint64_t seed = 1;          ///< of the noise
+};
+
 /// Immutable; shared by all threads. Expressions are checked when it is read.
 struct Skill {
   std::string name;
@@ -111,6 +123,7 @@ struct Skill {
   std::vector<Term> terms;
   /// Good enough: practice stops here.
   double target_cost = -std::numeric_limits<double>::infinity();
+  Disturbance disturbance;
 
   VectorXd initialParameters() const;
 
@@ -118,7 +131,8 @@ struct Skill {
   static std::shared_ptr<const Skill> fromFile(const std::filesystem::path& file);
   /// The same from a text; `file` is named in messages and says where the robot is looked for.
   static std::shared_ptr<const Skill> fromText(const std::string& text,
-                                               const std::filesystem::path& file);
+                                               const std::filesystem::path& file,
+                                               const Disturbance& disturbance = {});
 };
 
 /// Where the robot a skill or a person names is described: a path, or a name under models/ beside

@@ -322,6 +322,74 @@ TEST(Rollout, EqualArgumentsGiveEqualBits) {
   EXPECT_NE(first.hash, a.run(other, 0.05).hash);
 }
 
+TEST(Rollout, ADisturbanceIsWhatItSays) {
+  const std::string text = Skill::fromFile(kJump)->text;
+  const auto with = [&](const Disturbance& d) { return Skill::fromText(text, kJump, d); };
+  const auto plain = Skill::fromFile(kJump);
+  Disturbance heavy;
+  heavy.mass = 1.1;
+  EXPECT_NEAR(with(heavy)->model->mass(), 1.1 * plain->model->mass(), 1e-9);
+  Disturbance slippery;
+  slippery.friction = 0.25;
+  EXPECT_NE(with(slippery)->model->mjcf().find("friction=\"0.25 "), std::string::npos);
+
+  const VectorXd x = plain->initialParameters();
+  const auto hash = [&](const Disturbance& d) { return Runner(with(d)).run(x, 0.05).hash; };
+  const std::uint64_t undisturbed = Runner(plain).run(x, 0.05).hash;
+  EXPECT_EQ(hash({}), undisturbed);
+  Disturbance noisy;
+  noisy.encoder_noise = 1e-3;
+  EXPECT_NE(hash(noisy), undisturbed);
+  EXPECT_EQ(hash(noisy), hash(noisy));
+  Disturbance other = noisy;
+  other.seed = 2;
+  EXPECT_NE(hash(other), hash(noisy));
+  Disturbance drifting;  // only feedback reads the velocity
+  drifting.velocity_noise = 0.01;
+  EXPECT_NE(hash(drifting), undisturbed);
+  EXPECT_EQ(Runner(Skill::fromText(kNod, "skills/bioloid-gp/nod.toml", drifting))
+                .run(VectorXd::Constant(1, 0.3), 0.1)
+                .hash,
+            Runner(fromText(kNod)).run(VectorXd::Constant(1, 0.3), 0.1).hash);
+}
+
+TEST(Rollout, ADelayedCommandComesLate) {
+  const auto raised = [](double delay) {
+    Disturbance d;
+    d.delay = delay;
+    const auto skill = Skill::fromText(kNod, "skills/bioloid-gp/nod.toml", d);
+    sim::Recording recording;
+    Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1, &recording);
+    std::vector<double> angle;
+    const int q = skill->model->joint("l_shoulder").q;
+    for (const sim::Frame& f : recording.frames) angle.push_back(f.state.q[q] - skill->start.q[q]);
+    return angle;  // every 10 ms
+  };
+  const std::vector<double> prompt = raised(0);
+  const std::vector<double> late = raised(0.05);
+  EXPECT_GT(prompt[4], 0.1);
+  EXPECT_LT(std::abs(late[5]), 0.02);
+  EXPECT_GT(late[9], 0.1);
+}
+
+TEST(Rollout, TellsWhatTheJointsAreTold) {
+  const auto skill = fromText(kNod);
+  std::vector<double> times;
+  const auto& joints = skill->model->joints();
+  const auto shoulder = std::find_if(joints.begin(), joints.end(),
+                                     [](const sim::Joint& j) { return j.name == "l_shoulder"; }) -
+                        joints.begin();
+  double told = 0;
+  Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1, nullptr,
+                    [&](double time, int phase, const control::JointTarget& target) {
+                      times.push_back(time);
+                      if (phase == 0) told = target.q[shoulder];
+                    });
+  ASSERT_EQ(times.size(), 200U);
+  EXPECT_DOUBLE_EQ(times[150], 0.15);
+  EXPECT_DOUBLE_EQ(told, 0.6);
+}
+
 TEST(Rollout, AFailureEndsTheTrialAndNamesItsConstraint) {
   const auto skill = Skill::fromFile(kJump);
   Runner runner(skill);

@@ -1,0 +1,236 @@
+// traceur export: a learned motion for a real robot's servos, or for another program.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/family_run.h"
+#include "apps/cli/search.h"
+#include "apps/cli/verbs.h"
+#include "traceur/control/expression.h"
+#include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
+#include "traceur/skill/rollout.h"
+
+namespace traceur::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using skill::Skill;
+
+struct Arguments {
+  std::string run;
+  std::optional<double> task;
+  std::string out;
+  double period = 0.01;
+  bool json = false;
+};
+
+/// A skill with the parameters that were learned for a task.
+struct Learned {
+  std::shared_ptr<const Skill> skill;
+  double task = 0;
+  Eigen::VectorXd parameters;
+};
+
+Learned learnedFrom(const RunFile& run, const Arguments& a) {
+  const std::string where = run.path().string();
+  if (!run.meta("tasks").value_or("").empty()) {
+    const FamilyRun f = readFamily(run);
+    if (!a.task) throw InputError(fmt::format("{}: a family: expected --task", where));
+    return {f.skill, *a.task, f.at(*a.task)};
+  }
+  if (!run.meta("skill_text")) throw InputError(where + ": not a run of traceur learn");
+  Learned l;
+  l.skill = Skill::fromText(required(run, "skill_text"), required(run, "skill_file"));
+  l.task = std::stod(required(run, "task"));
+  if (a.task && *a.task != l.task) {
+    throw InputError(fmt::format("--task {}: {} was learned for {} {} alone", *a.task, where,
+                                 l.task, l.skill->task.unit));
+  }
+  std::vector<std::string> failures;
+  for (const skill::Failure& f : l.skill->failures) failures.push_back(f.name);
+  const optim::Progress p = progressOf(run, failures);
+  if (!p.best) throw InputError(where + ": nothing has been learned yet");
+  l.parameters = p.best->x;
+  return l;
+}
+
+/// The value of an expression that may name parameters, the task and the horizon.
+double valueOf(const Learned& l, const std::string& text) {
+  return control::Expression(text,
+                             [&](const std::string& name) -> const double* {
+                               if (name == "task") return &l.task;
+                               if (name == "horizon") return &l.skill->horizon;
+                               for (size_t i = 0; i < l.skill->parameters.size(); ++i) {
+                                 if (l.skill->parameters[i].name == name) return &l.parameters[i];
+                               }
+                               return nullptr;
+                             })
+      .value();
+}
+
+Json namesOf(const std::vector<bool>& during, const Skill& skill) {
+  Json names = Json::array();
+  for (size_t i = 0; i < during.size(); ++i) {
+    if (during[i]) names.push_back(skill.phases[i].name);
+  }
+  return names;
+}
+
+/// What a program needs to run the skill itself: every number but those of feedback and conditions
+/// is worked out.
+Json toJson(const Learned& l, const skill::Rollout& r) {
+  const Skill& s = *l.skill;
+  const auto& joints = s.model->joints();
+  control::StablePd pd = skill::controllerOf(s);
+  Json j{{"format", "traceur controller"},
+         {"version", 1},
+         {"skill", s.name},
+         {"robot", s.model->robot() ? s.model->robot()->name : ""},
+         {"units", "m, s, rad, N, N·m; world axes x forward, y left, z up"},
+         {"task", {{"name", s.task.name}, {"unit", s.task.unit}, {"value", l.task}}},
+         {"achieved_in_simulation", std::isnan(r.achieved) ? Json() : Json(r.achieved)},
+         {"ended", r.ended},
+         {"time_step", s.model->timeStep()}};
+  for (size_t i = 0; i < s.parameters.size(); ++i) {
+    j["parameters"][s.parameters[i].name] = {{"value", l.parameters[static_cast<Eigen::Index>(i)]},
+                                             {"unit", s.parameters[i].unit}};
+  }
+  const control::JointTarget start = control::targetOf(*s.model, s.start);
+  for (size_t i = 0; i < joints.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const sim::JointLimit limit = pd.limits()[i];
+    const auto finite = [](double x) { return std::isfinite(x) ? Json(x) : Json(); };
+    j["joints"][joints[i].name] = {{"start", start.q[at]},
+                                   {"kp", pd.gains()[i].kp},
+                                   {"kd", pd.gains()[i].kd},
+                                   {"torque_limit", finite(limit.torque)},
+                                   {"speed_limit", finite(limit.speed)},
+                                   {"range", {finite(limit.min), finite(limit.max)}}};
+  }
+  for (size_t i = 0; i < s.phases.size(); ++i) {
+    const skill::Phase& p = s.phases[i];
+    Json phase{{"name", p.name}, {"blend", valueOf(l, p.blend)}};
+    phase["others"] = p.from_previous ? "keep the target of the phase before" : "base";
+    if (!p.from_previous) {
+      for (size_t k = 0; k < joints.size(); ++k) {
+        phase["base"][joints[k].name] = p.base[static_cast<Eigen::Index>(k)];
+      }
+    }
+    phase["targets"] = Json::object();
+    for (const skill::JointValue& v : p.targets) {
+      phase["targets"][joints[v.joint].name] = v.sign * valueOf(l, v.expression);
+    }
+    for (const skill::ForceTerm& f : p.forces) {
+      phase["virtual_forces"].push_back(
+          {{"body", s.model->bodyName(f.body)},
+           {"at", {f.p_BP.x(), f.p_BP.y(), f.p_BP.z()}},
+           {"force", {valueOf(l, f.x), valueOf(l, f.y), valueOf(l, f.z)}},
+           {"within_motor_limits", p.limited}});
+    }
+    if (!p.until.empty()) {
+      phase["until"] = p.until;
+      const auto next = static_cast<size_t>(p.next);
+      phase["then"] = next < s.phases.size() ? Json(s.phases[next].name) : Json();
+    }
+    j["phases"].push_back(std::move(phase));
+  }
+  j["feedback"] = Json::array();
+  for (const skill::Feedback& f : s.feedback) {
+    Json term{{"during", namesOf(f.during, s)}};
+    for (const skill::JointValue& v : f.joints) {
+      term["add"][joints[v.joint].name] = {{"sign", v.sign}, {"expression", v.expression}};
+    }
+    j["feedback"].push_back(std::move(term));
+  }
+  return j;
+}
+
+void write(const std::string& file, const std::string& text) {
+  PendingFile pending(file);
+  pending.write(text);
+  pending.commit();
+}
+
+int exportRun(const Arguments& a) {
+  const RunFile run = RunFile::open(a.run, false);
+  const Learned l = learnedFrom(run, a);
+  const Skill& s = *l.skill;
+  const double dt = s.model->timeStep();
+  const auto every = static_cast<int>(std::lround(a.period / dt));
+  if (every < 1) {
+    throw InputError(
+        fmt::format("--period {} s: expected at least the skill's time step, {} s", a.period, dt));
+  }
+  std::string csv = fmt::format(
+      "# targets of {}, {} {:g} {}, every {:g} s; feedback as in simulation\n"
+      "time [s],phase",
+      s.name, s.task.name, l.task, s.task.unit, every * dt);
+  for (const sim::Joint& j : s.model->joints()) {
+    csv += fmt::format(",{} [{}]", j.name, j.slides ? "m" : "rad");
+  }
+  csv += '\n';
+  int step = 0;
+  int rows = 0;
+  const skill::Rollout r =
+      skill::Runner(l.skill).run(l.parameters, l.task, nullptr,
+                                 [&](double time, int phase, const control::JointTarget& target) {
+                                   if (step++ % every != 0) return;
+                                   ++rows;
+                                   csv += fmt::format("{:.6g},{}", time, s.phases[phase].name);
+                                   for (const double q : target.q) csv += fmt::format(",{:.6g}", q);
+                                   csv += '\n';
+                                 });
+  const std::string stem =
+      a.out.empty() ? beside(a.run, fmt::format("-{:g}", l.task)).string() : a.out;
+  const std::string table = stem + "-targets.csv";
+  const std::string controller = stem + "-controller.json";
+  write(table, csv);
+  write(controller, toJson(l, r).dump(2) + "\n");
+  const bool forces = std::any_of(s.phases.begin(), s.phases.end(),
+                                  [](const skill::Phase& p) { return !p.forces.empty(); });
+  if (a.json) {
+    fmt::print("{}\n", Json{{"targets", table},
+                            {"controller", controller},
+                            {"rows", rows},
+                            {"virtual_forces", forces},
+                            {"failed", r.failed()},
+                            {"ended", r.ended}}
+                           .dump(2));
+    return r.failed() ? kFailed : kDone;
+  }
+  fmt::print("{}\n{}\n", table, controller);
+  if (forces) {
+    fmt::print(stderr,
+               "traceur: {} exerts virtual forces: targets alone will not repeat it; see "
+               "virtual_forces in the JSON\n",
+               s.name);
+  }
+  if (r.failed()) fmt::print(stderr, "traceur: in simulation it fails: {}\n", r.ended);
+  return r.failed() ? kFailed : kDone;
+}
+
+}  // namespace
+
+void addExport(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = program.add_subcommand(
+      "export", "Write what was learned for servos: joint targets over time, and the controller.");
+  verb->add_option("RUN", a->run, "Run file of traceur learn")->required();
+  verb->add_option("--task", a->task, "Of a family: what to ask for, in the skill's own unit");
+  verb->add_option("--period", a->period, "Between two rows of targets [s], in whole time steps")
+      ->check(CLI::Range(1e-4, 10.0))
+      ->capture_default_str();
+  verb->add_option("--out", a->out,
+                   "Writes OUT-targets.csv and OUT-controller.json; default: beside the run");
+  verb->add_flag("--json", a->json, "Print one JSON object");
+  verb->footer(
+      "Examples:\n"
+      "  traceur export runs/walk-family-seed1.run --task 0.1\n"
+      "  traceur export runs/walk-family-seed1.run --task 0.1 --period 0.008 --out robot/walk\n"
+      "Exit code: 0 done, 1 it fails in simulation, 2 wrong use.");
+  verb->callback([a, &exit_code] { exit_code = exportRun(*a); });
+}
+
+}  // namespace traceur::cli
