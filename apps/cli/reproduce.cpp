@@ -26,6 +26,9 @@ struct Arguments {
   std::uint64_t first_seed = 1;
   int threads = 0;
   std::string out;
+  std::vector<std::string> rows;
+  std::vector<std::string> columns;
+  std::string picture;
   bool no_run = false;
   bool json = false;
   bool markdown = false;
@@ -54,7 +57,7 @@ nlohmann::ordered_json toJson(const RatioSummary& r) {
           {"paper", toJson(r.printed)}};
 }
 
-std::string asJson(const Table& t, const Summary& s) {
+nlohmann::ordered_json asJson(const Table& t, const Summary& s) {
   nlohmann::ordered_json j{{"table", t.name},
                            {"title", t.title},
                            {"protocol", t.protocol},
@@ -82,7 +85,7 @@ std::string asJson(const Table& t, const Summary& s) {
     }
     j["groups"].push_back(std::move(group));
   }
-  return j.dump(2);
+  return j;
 }
 
 std::string asText(const Table& t, const Summary& s) {
@@ -155,6 +158,65 @@ std::string asMarkdown(const Table& t, const Summary& s) {
   return text + "\n";
 }
 
+/// What the runs drew: a panel for each row, a colour for each column, a line for each seed; what
+/// is printed dashed.
+void drawPoints(const Results& results, const std::filesystem::path& file) {
+  const Table& t = results.table();
+  const std::vector<std::string> axes = split(t.points, ':');
+  render::Figure figure;
+  figure.title = t.title;
+  figure.panel_height = 380;
+  for (size_t r = 0; r < t.rows.size(); ++r) {
+    render::Panel panel;
+    panel.title = t.rows[r].name;
+    panel.xlabel = axes.at(0);
+    panel.ylabel = axes.at(1);
+    panel.log_y = axes.at(1) == "cost";
+    for (size_t c = 0; c < t.columns.size(); ++c) {
+      bool labelled = false;
+      const auto draw = [&](const std::vector<Point>& points, render::Style style) {
+        render::Series line{labelled ? "" : t.columns[c].name, {}, {}, style};
+        line.color = static_cast<int>(c);
+        for (const Point& p : points) {
+          line.x.push_back(p.x);
+          line.y.push_back(p.y);
+        }
+        labelled = labelled || !line.x.empty();
+        if (!line.x.empty()) panel.series.push_back(std::move(line));
+      };
+      for (const auto& [key, outcome] : results.outcomes()) {
+        if (std::get<0>(key) == static_cast<int>(r) && std::get<1>(key) == static_cast<int>(c)) {
+          draw(outcome.points, panel.log_y ? render::Style::kStep : render::Style::kLine);
+        }
+      }
+      if (labelled && t.printed_points) {
+        draw(t.printed_points(static_cast<int>(r), static_cast<int>(c)), render::Style::kDashed);
+      }
+    }
+    if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
+  }
+  if (figure.panels.empty()) throw InputError("no runs to draw");
+  render::writeFigure(figure, file);
+}
+
+/// Whether a row or column was asked for.
+template <typename T>
+std::vector<bool> chosen(const std::vector<T>& named, const std::vector<std::string>& names,
+                         const char* option) {
+  std::vector<bool> in(named.size(), names.empty());
+  std::vector<std::string> there;
+  for (const T& t : named) there.push_back(t.name);
+  for (const std::string& name : names) {
+    const auto found = std::find(there.begin(), there.end(), name);
+    if (found == there.end()) {
+      throw InputError(fmt::format("{} {}: none of this name.{} There is: {}", option, name,
+                                   didYouMean(name, there), join(there)));
+    }
+    in[found - there.begin()] = true;
+  }
+  return in;
+}
+
 /// The printed preset and the default side by side, on Toy3.
 int drawFigure28(const Arguments& a) {
   const std::string out = a.out.empty() ? "runs/figure-28.png" : a.out;
@@ -217,12 +279,18 @@ int reproduceTable(const Arguments& a) {
   Interrupt interrupt;  // before any other thread
   Results results(table);
   if (a.no_run || std::filesystem::exists(out)) results = Results::read(table, out);
+  if (!a.picture.empty() && table.points.empty()) {
+    throw InputError(fmt::format("--picture: {} is no figure", table.name));
+  }
+  const std::vector<bool> rows = chosen(table.rows, a.rows, "--row");
+  const std::vector<bool> columns = chosen(table.columns, a.columns, "--column");
   bool whole = true;
   if (!a.no_run) {
     std::optional<ProgressLine> line;
     whole = results.run({.first_seed = a.first_seed,
                          .seeds = a.full ? -1 : a.seeds,
                          .threads = a.threads,
+                         .wanted = [&](int r, int c) { return rows[r] && columns[c]; },
                          .stop = interrupt.token(),
                          .on_progress =
                              [&](int done, int total) {
@@ -235,10 +303,24 @@ int reproduceTable(const Arguments& a) {
     fmt::print(stderr, "stopped; the same command goes on with {}\n", out);
     return kInterrupted;
   }
-  const Summary summary = summarise(results);
-  fmt::print("{}", a.json       ? asJson(table, summary) + "\n"
-                   : a.markdown ? asMarkdown(table, summary)
-                                : asText(table, summary));
+  std::string picture = a.picture;
+  if (picture.empty() && !table.points.empty() && !a.no_run) {
+    picture = std::filesystem::path(out).replace_extension(".png").string();
+  }
+  if (!picture.empty()) drawPoints(results, picture);
+  nlohmann::ordered_json json;
+  for (const Results& told : table.readings ? table.readings(results) : std::vector{results}) {
+    const Summary summary = summarise(told);
+    if (a.json) {
+      json["tables"].push_back(asJson(told.table(), summary));
+    } else {
+      fmt::print("{}{}",
+                 a.markdown ? asMarkdown(told.table(), summary) : asText(told.table(), summary),
+                 table.readings ? "\n" : "");
+    }
+  }
+  if (a.json) fmt::print("{}\n", (table.readings ? json : json["tables"][0]).dump(2));
+  if (!a.quiet && !picture.empty()) fmt::print(stderr, "figure: {}\n", picture);
   if (!a.quiet && !a.no_run) fmt::print(stderr, "every run: {}\n", out);
   return kDone;
 }
@@ -262,6 +344,12 @@ void addReproduce(CLI::App& program, int& exit_code) {
   verb->add_option("--out", a->out,
                    "CSV of every run; runs it already has are not made again. Default: "
                    "runs/TABLE.csv. Of a figure: the picture, .png or .svg");
+  verb->add_option("--row", a->rows, "Run only these rows; all that was run is told")
+      ->delimiter(',');
+  verb->add_option("--column", a->columns, "Run only these columns")->delimiter(',');
+  verb->add_option(
+      "--picture", a->picture,
+      "Of figure-32 to 34 and families: the figure, .png or .svg; default beside --out");
   verb->add_flag("--no-run", a->no_run, "Only sum up what the CSV has");
   auto* json = verb->add_flag("--json", a->json, "Print one JSON object");
   verb->add_flag("--markdown", a->markdown, "Print a Markdown section")->excludes(json);
@@ -272,6 +360,7 @@ void addReproduce(CLI::App& program, int& exit_code) {
       "  traceur reproduce table-11 --seeds 30 --out table-11.csv     # Ctrl-C, then again: goes "
       "on\n"
       "  traceur reproduce table-11 --no-run --out docs/reproduction/table-11.csv\n"
+      "  traceur reproduce figure-32 --row jump --column curve,contextual --seeds 3\n"
       "  traceur reproduce figure-28 --seed 3 --out figure-28.png");
   verb->callback([a, &exit_code] { exit_code = reproduceTable(*a); });
 }

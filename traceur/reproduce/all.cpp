@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "traceur/reproduce/constrained_anchors.h"
+#include "traceur/reproduce/skill_families.h"
 #include "traceur/reproduce/table.h"
 #include "traceur/reproduce/table_11.h"
 #include "traceur/reproduce/toy_constraints.h"
@@ -57,7 +58,7 @@ Table toyTable(const std::string& name, const std::string& number, const std::st
   for (const char* other : {"(1+1)-CMA-ES", "CMA-ES feasible first"}) {
     t.ratios.push_back({std::string(other) + " / CMA-C", columnOf(t, other), ours});
   }
-  t.run = [cells](int row, int column, std::uint64_t seed) {
+  t.run = [cells](int row, int column, std::uint64_t seed, const std::stop_token&) {
     const ToyOutcome o = runToy(cells[row].row, column, seed, cells[row].stop).first;
     return Outcome{static_cast<double>(o.evaluations), o.missed};
   };
@@ -83,7 +84,7 @@ Table constrainedTable() {
   }
   for (const AnchorAlgorithm& a : anchorAlgorithms()) t.columns.push_back({a.name, 11, 51, {}});
   t.ratios = {{"resampling / CMA-C", columnOf(t, "resampling"), columnOf(t, "CMA-C")}};
-  t.run = [](int row, int column, std::uint64_t seed) {
+  t.run = [](int row, int column, std::uint64_t seed, const std::stop_token&) {
     const int count = static_cast<int>(anchors().size());
     const AnchorOutcome o = runAnchor(row % count, column, seed);
     return Outcome{static_cast<double>(row < count ? o.rollouts : o.infeasible), !o.solved};
@@ -113,7 +114,7 @@ Table elevenTable() {
   t.columns = {{"CMA-ES", 9, 90, cma}, {"curve", 9, 90, curve}, {"contextual", 9, 90, {}}};
   t.ratios = {
       {"curve / CMA-ES", 1, 0}, {"contextual / CMA-ES", 2, 0}, {"contextual / curve", 2, 1}};
-  t.run = [](int row, int column, std::uint64_t seed) {
+  t.run = [](int row, int column, std::uint64_t seed, const std::stop_token&) {
     const Algorithm algorithms[] = {Algorithm::kCma, Algorithm::kCurve, Algorithm::kContextual};
     const Table11Row& r = table11()[row];
     const Table11Outcome o = runTable11(r, algorithms[column], seed);
@@ -134,6 +135,10 @@ const std::vector<Table>& allTables() {
       toyTable("tables-7-9", "", "The ten rows of the three tables [Ha2015, Tab. 7-9]."),
       constrainedTable(),
       elevenTable(),
+      families(),
+      figure32(),
+      figure33(),
+      figure34(),
   };
   return kAll;
 }

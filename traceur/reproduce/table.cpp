@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <mutex>
 #include <sstream>
 
 #include "traceur/core/error.h"
@@ -16,7 +17,21 @@
 namespace traceur::reproduce {
 namespace {
 
-constexpr std::string_view kHeader = "row,column,seed,value,missed";
+/// The names of the fields of a line.
+std::string header(const Table& table) {
+  return std::string("row,column,seed,value,missed") + (table.points.empty() ? "" : ",points");
+}
+
+/// "0:1.5 10:0.25", the points of a line; "-" for none.
+std::vector<Point> toPoints(const std::string& text) {
+  std::vector<Point> points;
+  if (text == "-") return points;
+  for (const std::string& word : split(text, ' ')) {
+    const std::vector<std::string> f = split(word, ':');
+    points.push_back({std::stod(f.at(0)), std::stod(f.at(1))});
+  }
+  return points;
+}
 
 std::string title(const Table& table) {
   return fmt::format("# traceur reproduce {}", table.name);
@@ -70,17 +85,22 @@ Results Results::read(const Table& table, const std::filesystem::path& file) {
       continue;
     }
     if (number == 2) {
-      if (line != kHeader) fail(fmt::format("expected \"{}\", got \"{}\"", kHeader, line));
+      if (line != header(table)) {
+        fail(fmt::format("expected \"{}\", got \"{}\"", header(table), line));
+      }
       continue;
     }
     const std::vector<std::string> f = split(line, ',');
-    if (f.size() != 5) fail(fmt::format("expected 5 fields, got {}", f.size()));
+    const size_t fields = table.points.empty() ? 5 : 6;
+    if (f.size() != fields) fail(fmt::format("expected {} fields, got {}", fields, f.size()));
     const int row = indexOf(table.rows, f[0]);
     const int column = indexOf(table.columns, f[1]);
     if (row < 0) fail(fmt::format("{} has no row \"{}\"", table.name, f[0]));
     if (column < 0) fail(fmt::format("{} has no column \"{}\"", table.name, f[1]));
     try {
-      results.outcomes_[{row, column, std::stoull(f[2])}] = {std::stod(f[3]), f[4] == "1"};
+      Outcome outcome{std::stod(f[3]), f[4] == "1"};
+      if (!table.points.empty()) outcome.points = toPoints(f[5]);
+      results.outcomes_[{row, column, std::stoull(f[2])}] = std::move(outcome);
     } catch (const std::exception&) {
       fail(fmt::format("expected numbers, got \"{}\"", line));
     }
@@ -95,11 +115,12 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
   const auto seeds_of = [&](const Column& c) {
     return options.seeds > 0 ? options.seeds : options.seeds < 0 ? c.full : c.seeds;
   };
-  for (const Column& c : table_->columns) most = std::max(most, seeds_of(c));
+  for (const Column& c : table_.columns) most = std::max(most, seeds_of(c));
   for (int s = 0; s < most; ++s) {
-    for (int r = 0; r < static_cast<int>(table_->rows.size()); ++r) {
-      for (int c = 0; c < static_cast<int>(table_->columns.size()); ++c) {
-        if (s >= seeds_of(table_->columns[c])) continue;
+    for (int r = 0; r < static_cast<int>(table_.rows.size()); ++r) {
+      for (int c = 0; c < static_cast<int>(table_.columns.size()); ++c) {
+        if (s >= seeds_of(table_.columns[c])) continue;
+        if (options.wanted && !options.wanted(r, c)) continue;
         ++total;
         const Key key{r, c, options.first_seed + s};
         if (!outcomes_.contains(key)) todo.push_back(key);
@@ -115,37 +136,39 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
     out.open(file, std::ios::app);
   }
 
-  const auto progress = [&](size_t left) {
-    if (options.on_progress) options.on_progress(total - static_cast<int>(left), total);
+  int done = total - static_cast<int>(todo.size());
+  const auto progress = [&] {
+    if (options.on_progress) options.on_progress(done, total);
   };
-  progress(todo.size());
+  progress();
   ThreadPool pool(options.threads);
-  const size_t batch = static_cast<size_t>(pool.threads()) * 4;
-  for (size_t from = 0; from < todo.size(); from += batch) {
-    if (options.stop.stop_requested()) return false;
-    const size_t count = std::min(batch, todo.size() - from);
-    std::vector<Outcome> outcomes(count);
-    pool.forEach(static_cast<int>(count), [&](int i) {
-      const auto [row, column, seed] = todo[from + i];
-      outcomes[i] = table_->run(row, column, seed);
-    });
-    for (size_t i = 0; i < count; ++i) {
-      outcomes_[todo[from + i]] = outcomes[i];
-      if (keep) writeLine(out, todo[from + i], outcomes[i]);
+  std::mutex mutex;  // of all below but the run itself
+  bool whole = true;
+  pool.forEach(static_cast<int>(todo.size()), [&](int i) {
+    const auto [row, column, seed] = todo[i];
+    const bool stopped = options.stop.stop_requested();
+    Outcome outcome = stopped ? Outcome() : table_.run(row, column, seed, options.stop);
+    const std::lock_guard lock(mutex);
+    if (options.stop.stop_requested()) {  // it may have cut the run short
+      whole = false;
+      return;
     }
-    if (keep && !out.flush()) {
-      throw SystemError(fmt::format("{}: cannot be written", file.string()));
+    if (keep) {
+      writeLine(out, todo[i], outcome);
+      if (!out.flush()) throw SystemError(fmt::format("{}: cannot be written", file.string()));
     }
-    progress(todo.size() - from - count);
-  }
+    outcomes_[todo[i]] = std::move(outcome);
+    ++done;
+    progress();
+  });
   out.close();
   if (keep) write(file);  // in order, whatever the runs' order was
-  return true;
+  return whole;
 }
 
 void Results::write(const std::filesystem::path& file) const {
   std::ostringstream text;
-  fmt::print(text, "{}\n{}\n", title(*table_), kHeader);
+  fmt::print(text, "{}\n{}\n", title(table_), header(table_));
   for (const auto& [key, outcome] : outcomes_) writeLine(text, key, outcome);
   PendingFile pending(file);
   pending.write(text.str());
@@ -154,8 +177,15 @@ void Results::write(const std::filesystem::path& file) const {
 
 void Results::writeLine(std::ostream& out, const Key& key, const Outcome& outcome) const {
   const auto [row, column, seed] = key;
-  fmt::print(out, "{},{},{},{},{}\n", table_->rows[row].name, table_->columns[column].name, seed,
+  fmt::print(out, "{},{},{},{},{}", table_.rows[row].name, table_.columns[column].name, seed,
              outcome.value, outcome.missed ? 1 : 0);
+  if (!table_.points.empty() && outcome.points.empty()) out << ",-";
+  const char* separator = ",";
+  for (const Point& p : outcome.points) {
+    fmt::print(out, "{}{}:{}", separator, p.x, p.y);
+    separator = " ";
+  }
+  out << '\n';
 }
 
 Sample Results::values(int row, int column) const {

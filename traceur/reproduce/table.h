@@ -18,10 +18,17 @@
 
 namespace traceur::reproduce {
 
+struct Point {
+  double x = 0;
+  double y = 0;
+};
+
 /// What one run gave.
 struct Outcome {
   double value = 0;     ///< in Row::quantity
   bool missed = false;  ///< it did not get there; value is then what the protocol counts for it
+  /// What the run drew, where a figure is made of it: the cost over trials, the error over tasks.
+  std::vector<Point> points = {};
 };
 
 inline constexpr double kNotPrinted = std::numeric_limits<double>::quiet_NaN();
@@ -57,6 +64,8 @@ enum class Center {
 /// The word for it: "trimmed mean".
 std::string_view nameOf(Center center);
 
+class Results;
+
 struct Table {
   std::string name;      ///< the word a person types: "table-7"
   std::string title;     ///< a sentence
@@ -65,8 +74,14 @@ struct Table {
   std::vector<Column> columns;
   std::vector<Ratio> ratios;
   Center center = Center::kMean;
-  /// Pure, and callable from several threads.
-  std::function<Outcome(int row, int column, std::uint64_t seed)> run;
+  /// "trials:cost": what Outcome::points are; empty for a table without.
+  std::string points = {};
+  /// Pure, and callable from several threads. Asked to stop, it may return anything soon.
+  std::function<Outcome(int row, int column, std::uint64_t seed, const std::stop_token& stop)> run;
+  /// What the source's figure has for a cell; empty: nothing is printed of any.
+  std::function<std::vector<Point>(int row, int column)> printed_points = {};
+  /// The tables that are told in place of this one, made from what its runs drew; empty: itself.
+  std::function<std::vector<Results>(const Results&)> readings = {};
 };
 
 const std::vector<Table>& allTables();
@@ -80,12 +95,13 @@ const Table& findTable(std::string_view name);
 ///     row,column,seed,value,missed
 ///     Toy1,CMA-ES,1,664,0
 ///
-/// Equal runs give equal files. A line cut short by a crash is run again.
+/// with one more field, `points`, of "x:y" separated by spaces or "-", for a table whose runs draw
+/// some. Equal runs give equal files. A line cut short by a crash is run again.
 class Results {
  public:
   using Key = std::tuple<int, int, std::uint64_t>;  // row, column, seed
 
-  explicit Results(const Table& table) : table_(&table) {}
+  explicit Results(Table table) : table_(std::move(table)) {}
 
   /// @throws InputError naming file and line for what is not such a file, of another table or of a
   /// row or column the table does not have; SystemError when it cannot be read
@@ -95,8 +111,9 @@ class Results {
     std::uint64_t first_seed = 1;
     int seeds = 0;  ///< of each cell; 0: Column::seeds; negative: Column::full
     int threads = 1;
+    std::function<bool(int row, int column)> wanted = {};  ///< empty: every cell
     std::stop_token stop = {};
-    /// Before the first run and after each batch of them.
+    /// Before the first run and after each; not from two threads at once.
     std::function<void(int done, int total)> on_progress = {};
   };
   /// Makes the runs that are missing, appending them to the file as they end.
@@ -104,7 +121,9 @@ class Results {
   /// @return false when it was asked to stop before the last
   bool run(const RunOptions& options, const std::filesystem::path& file);
 
-  const Table& table() const { return *table_; }
+  const Table& table() const { return table_; }
+  const std::map<Key, Outcome>& outcomes() const { return outcomes_; }
+  void add(const Key& key, Outcome outcome) { outcomes_[key] = std::move(outcome); }
   /// The values of one cell in the order of seeds.
   Sample values(int row, int column) const;
   int missed(int row, int column) const;
@@ -113,7 +132,7 @@ class Results {
   void write(const std::filesystem::path& file) const;
   void writeLine(std::ostream& out, const Key& key, const Outcome& outcome) const;
 
-  const Table* table_;
+  Table table_;
   std::map<Key, Outcome> outcomes_;
 };
 

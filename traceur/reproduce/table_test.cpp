@@ -22,7 +22,7 @@ Table known() {
   t.rows = {{"a", "", "trials"}, {"b", "", "trials"}};
   t.columns = {{"slow", 8, 20, {300, 600}}, {"fast", 6, 10, {100, 200}}};
   t.ratios = {{"speed-up", 0, 1, {}}};
-  t.run = [](int row, int column, std::uint64_t seed) {
+  t.run = [](int row, int column, std::uint64_t seed, const std::stop_token&) {
     Random random(seed, row, column);
     const double noise = 1 + 0.1 * random.uniform(-1, 1);
     return Outcome{(row + 1) * (column == 0 ? 300 : 100) * noise, seed == 2 && column == 0};
@@ -77,9 +77,9 @@ TEST_F(TableFile, AFileIsTheSameForAnyThreadsAndAfterBeingCutShort) {
 
   int calls = 0;
   Table counting = table;
-  counting.run = [&](int row, int column, std::uint64_t seed) {
+  counting.run = [&](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
     ++calls;
-    return table.run(row, column, seed);
+    return table.run(row, column, seed, stop);
   };
   std::ofstream(dir_ / "cut.csv") << whole.substr(0, whole.size() - 5);  // in the last line
   Results cut = Results::read(counting, dir_ / "cut.csv");
@@ -104,6 +104,41 @@ TEST_F(TableFile, StopsWhenAskedAndGoesOn) {
   Results whole(table);
   whole.run({}, dir_ / "b.csv");
   EXPECT_EQ(text(dir_ / "a.csv"), text(dir_ / "b.csv"));
+}
+
+TEST_F(TableFile, KeepsWhatRunsDrewAndRunsOnlyWhatIsWanted) {
+  Table table = known();
+  table.points = "trials:cost";
+  table.run = [](int, int, std::uint64_t seed, const std::stop_token&) {
+    return Outcome{1, false, {{static_cast<double>(seed), NAN}, {2.5, 1e-7}}};
+  };
+  Results results(table);
+  results.run({.seeds = 2, .wanted = [](int row, int column) { return row == 1 && column == 0; }},
+              dir_ / "a.csv");
+  EXPECT_EQ(results.outcomes().size(), 2U);
+  const Results again = Results::read(table, dir_ / "a.csv");
+  const Outcome& o = again.outcomes().at({1, 0, 2});
+  ASSERT_EQ(o.points.size(), 2U);
+  EXPECT_EQ(o.points[0].x, 2);
+  EXPECT_TRUE(std::isnan(o.points[0].y));
+  EXPECT_EQ(o.points[1].y, 1e-7);
+
+  Table none = table;  // a run that drew nothing
+  none.run = [](int, int, std::uint64_t, const std::stop_token&) { return Outcome{1, true}; };
+  Results(none).run({.seeds = 1}, dir_ / "b.csv");
+  EXPECT_TRUE(Results::read(none, dir_ / "b.csv").outcomes().at({0, 0, 1}).points.empty());
+}
+
+TEST_F(TableFile, ARunThatWasCutShortIsNotKept) {
+  Table table = known();
+  std::stop_source stop;
+  table.run = [&](int, int, std::uint64_t, const std::stop_token&) {
+    stop.request_stop();
+    return Outcome{7, false};
+  };
+  Results results(table);
+  EXPECT_FALSE(results.run({.stop = stop.get_token()}, dir_ / "a.csv"));
+  EXPECT_TRUE(Results::read(table, dir_ / "a.csv").outcomes().empty());
 }
 
 TEST_F(TableFile, RefusesForeignFilesByLine) {
@@ -142,10 +177,11 @@ TEST(Tables, AreWholeAndPure) {
       EXPECT_LT(std::max(r.numerator, r.denominator), static_cast<int>(t.columns.size()));
       EXPECT_TRUE(r.printed.empty() || r.printed.size() == t.rows.size()) << r.name;
     }
+    if (!t.points.empty()) continue;  // minutes a run
     // The last column is our default: fast enough for a test.
     const int column = static_cast<int>(t.columns.size()) - 1;
-    const Outcome a = t.run(0, column, 3);
-    const Outcome b = t.run(0, column, 3);
+    const Outcome a = t.run(0, column, 3, {});
+    const Outcome b = t.run(0, column, 3, {});
     EXPECT_EQ(a.value, b.value);
     EXPECT_TRUE(std::isfinite(a.value));
   }

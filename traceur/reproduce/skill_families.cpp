@@ -1,0 +1,532 @@
+#include "traceur/reproduce/skill_families.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "traceur/core/random.h"
+#include "traceur/optim/family_baselines.h"
+#include "traceur/optim/minimise.h"
+#include "traceur/skill/rollout.h"
+#include "traceur/skill/skill_problem.h"
+
+namespace traceur::reproduce {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using skill::Skill;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// A stream of the seed that no sample uses: a generation would have to be as large.
+constexpr std::uint64_t kStartStream = ~std::uint64_t{0};
+constexpr double kLearnStepSize = 0.2;  // of `traceur learn`
+constexpr int kSweep = 51;              // tasks a learnt family is tried on [Ha2015, Fig. 34]
+
+/// A skill and the range of tasks it is published for.
+struct FamilySkill {
+  std::string name;
+  double first, last;   // in the task's unit
+  std::string unit;     // of errors, for people
+  double unit_per_one;  // of them in one unit of the task
+};
+
+const std::vector<FamilySkill>& familySkills() {
+  static const std::vector<FamilySkill> kSkills = {{"jump", 0.03, 0.08, "mm", 1e3},
+                                                   {"kick", 0.3, 0.6, "cm", 1e2},
+                                                   {"walk", 0.0667, 0.1333, "cm/s", 1e2}};
+  return kSkills;
+}
+
+std::shared_ptr<const Skill> skillOf(const FamilySkill& f) {
+  return Skill::fromFile(fmt::format("skills/bioloid-gp/{}.toml", f.name));
+}
+
+VectorXd tasksOf(const FamilySkill& f, int count) {
+  return VectorXd::LinSpaced(count, f.first, f.last);
+}
+
+/// Four digits: what a figure shows.
+double rounded(double x) {
+  return std::strtod(fmt::format("{:.4g}", x).c_str(), nullptr);
+}
+
+std::unique_ptr<optim::FamilyOptimizer> make(const optim::Problem& problem, const Skill& skill,
+                                             const LearningOptions& o) {
+  const VectorXd lower = problem.lower();
+  const VectorXd upper = problem.upper();
+  const VectorXd middle = 0.5 * (lower + upper);
+  optim::FamilyOptions options{.seed = o.seed, .control_points = o.control_points};
+  const optim::FamilyOptimizerEntry& entry = optim::findFamilyOptimizer(o.optimiser);
+  if (o.start == Start::kLearn || o.optimiser == "contextual") {
+    options.sigma = kLearnStepSize;
+    options.x0 = o.start == Start::kLearn ? skill.initialParameters() : VectorXd(middle);
+    return entry.make(problem, options);
+  }
+  if (o.optimiser == "curve") {
+    options.sigma = 0.5;
+    options.x0 = middle;
+    return entry.make(problem, options);
+  }
+  optim::CmaEsOptions cma;
+  cma.x0 = middle;
+  cma.scale = upper - lower;
+  cma.lower = lower;
+  cma.upper = upper;
+  cma.lambda = 16;
+  cma.active = false;
+  cma.seed = o.seed;
+  // In the inner half of the ranges, where the print has [-1, 1] for a range and [-0.5, 0.5].
+  Random random(o.seed, kStartStream);
+  const auto start = [&](int columns) {
+    MatrixXd x(lower.size(), columns);
+    for (double& value : x.reshaped()) value = random.uniform(0.25, 0.75);
+    x = (upper - lower).asDiagonal() * x;
+    return MatrixXd(x.colwise() + lower);
+  };
+  if (o.optimiser == "cma") {
+    cma.sigma = 0.5;
+    return std::make_unique<optim::PhiCma>(problem.tasks(), o.control_points, cma,
+                                           start(o.control_points));
+  }
+  cma.sigma = 1;  // printed as 2 of [-1, 1]
+  cma.x0 = start(1).col(0);
+  return std::make_unique<optim::IndividualCma>(
+      optim::IndividualCmaOptions{.tasks = problem.tasks(), .cma = cma, .target = 1e-3});
+}
+
+/// One column of a figure: an optimiser and what it may spend.
+struct Learner {
+  std::string name;
+  std::string optimiser;
+  int control_points;
+  int tasks;
+  int budget;
+  /// By skill, at the checkpoints; the figures' ordinates are 7/11 of the mean cost, which the
+  /// plotting code divided by 11 runs after it had left 2 of 9 out.
+  std::vector<std::vector<double>> ordinates = {};
+};
+
+constexpr double kOrdinate = 7.0 / 11.0;
+
+/// Trials at which the figures were read off.
+const std::vector<int>& checkpoints() {
+  static const std::vector<int> kTrials = {500,  1000, 2000, 3000,  4000,
+                                           5000, 6000, 8000, 10000, 12000};
+  return kTrials;
+}
+
+constexpr double kFar = 0.25;  // of target_cost: far enough below any level of interest
+
+constexpr int kPublishedBudget = 5000;
+constexpr int kContextualBudget = 2500;  // half as many
+constexpr int kCmaBudget = 12500;        // 2.5 times as many; the figures end at 12000
+
+constexpr double kNo = kNotPrinted;
+
+const Learner& curveLine() {
+  static const Learner kLearner{"curve",
+                                "curve",
+                                2,
+                                6,
+                                kPublishedBudget,
+                                {{.33, .18, .041, .024, .0056, .0012},
+                                 {.25, .073, .023, .0028, .0013, .0011},
+                                 {.91, .29, .0048, .0027, .0009, .00048}}};
+  return kLearner;
+}
+
+const Learner& cmaLine() {
+  static const Learner kLearner{"CMA-ES",
+                                "cma",
+                                2,
+                                6,
+                                kCmaBudget,
+                                {{.62, .43, .38, .26, .19, .12, .083, .021, .010, .0015},
+                                 {1.2, .9, .50, .32, .16, .086, .071, .027, .0098, .0027},
+                                 {5.3, 4.9, 2.9, 1.2, .42, .14, .12, .03, .015, .003}}};
+  return kLearner;
+}
+
+const Learner& contextualLine() {
+  static const Learner kLearner{"contextual", "contextual", 2, 6, kContextualBudget};
+  return kLearner;
+}
+
+std::vector<Learner> learners32() {
+  return {cmaLine(),
+          {"CMA-ES cubic",
+           "cma",
+           4,
+           6,
+           kCmaBudget,
+           {{.68, .66, .49, .39, .37, .31, .27, .20, kNo, .15},
+            {1.2, 1.2, 1.0, .87, .85, .71, .60, .40, kNo, .20},
+            {4.9, 4.3, 3.7, 3.3, 2.7, 2.1, 2.1, 1.1, kNo, .65}}},
+          curveLine(),
+          {"curve cubic",
+           "curve",
+           4,
+           6,
+           kPublishedBudget,
+           {{.21, .16, .053, .014, .00044, .00018},
+            {.14, .055, .011, .003, .0019, .00095},
+            {.71, .47, .038, .0038, .00066, .00035}}},
+          contextualLine(),
+          {"contextual cubic", "contextual", 4, 6, kContextualBudget}};
+}
+
+std::vector<Learner> learners33() {
+  return {
+      cmaLine(),
+      {"CMA-ES 21 tasks",
+       "cma",
+       2,
+       21,
+       kCmaBudget,
+       {{kNo, .61, kNo, .41, kNo, .37, kNo, kNo, kNo, .21}}},
+      curveLine(),
+      {"curve 21 tasks", "curve", 2, 21, kPublishedBudget, {{.30, .17, .035, .016, .0043, .0014}}},
+      contextualLine(),
+      {"contextual 21 tasks", "contextual", 2, 21, kContextualBudget}};
+}
+
+/// The columns' costs at the checkpoints.
+Results costsAtCheckpoints(const Results& runs, const std::vector<Learner>& learners) {
+  const Table& from = runs.table();
+  Table t;
+  t.name = from.name + " costs";
+  t.title = "Mean cost of the best curve so far.";
+  t.protocol =
+      "Printed values are read off the figure and multiplied by 11/7: its ordinates are "
+      "sums of seven runs divided by eleven.";
+  t.center = Center::kTrimmedMean;
+  t.columns = from.columns;
+  for (size_t r = 0; r < from.rows.size(); ++r) {
+    for (size_t k = 0; k < checkpoints().size(); ++k) {
+      t.rows.push_back(
+          {fmt::format("{} {}", from.rows[r].name, checkpoints()[k]), from.rows[r].name, "cost"});
+      for (size_t c = 0; c < learners.size(); ++c) {
+        const auto& ordinates = learners[c].ordinates;
+        const bool known = r < ordinates.size() && k < ordinates[r].size();
+        t.columns[c].printed.push_back(known ? ordinates[r][k] / kOrdinate : kNotPrinted);
+      }
+    }
+  }
+  Results costs(t);
+  for (const auto& [key, outcome] : runs.outcomes()) {
+    const auto [row, column, seed] = key;
+    for (size_t k = 0; k < checkpoints().size(); ++k) {
+      if (checkpoints()[k] > learners[column].budget) break;
+      const double cost = costAfter(outcome.points, checkpoints()[k]);
+      if (!std::isfinite(cost)) continue;  // not one whole curve yet
+      costs.add({row * static_cast<int>(checkpoints().size()) + static_cast<int>(k), column, seed},
+                {cost});
+    }
+  }
+  return costs;
+}
+
+/// Trials until the median cost that the dissertation's optimiser had after its 5000.
+Results trialsToLevel(const Results& runs, const std::vector<Learner>& learners,
+                      std::vector<Ratio> ratios) {
+  const Table& from = runs.table();
+  const auto column_of = [&](const std::string& name) {
+    size_t c = 0;
+    while (learners[c].name != name) ++c;
+    return static_cast<int>(c);
+  };
+  const int curve = column_of("curve");
+  Table t;
+  t.name = from.name + " trials";
+  t.protocol = fmt::format(
+      "Until the mean cost is at most the median that the column \"curve\" has after {} trials; a "
+      "run that never got there counts with its budget and as missed.",
+      kPublishedBudget);
+  t.center = Center::kMedian;
+  t.columns = from.columns;
+  t.ratios = std::move(ratios);
+  std::vector<double> levels;
+  std::string words;
+  for (size_t r = 0; r < from.rows.size(); ++r) {
+    t.rows.push_back({from.rows[r].name, "", "trials"});
+    Sample costs;
+    for (const auto& [key, outcome] : runs.outcomes()) {
+      const auto [row, column, seed] = key;
+      if (row != static_cast<int>(r) || column != curve) continue;
+      costs.push_back(costAfter(outcome.points, kPublishedBudget));
+    }
+    levels.push_back(costs.empty() ? kNotPrinted : median(costs));
+    if (!costs.empty()) words += fmt::format(" {} {:.3g};", from.rows[r].name, levels.back());
+  }
+  t.title = fmt::format("Trials to the level of the dissertation's optimiser:{}",
+                        words.empty() ? " not run yet;" : words);
+  t.title.back() = '.';
+  Results trials(t);
+  for (const auto& [key, outcome] : runs.outcomes()) {
+    const auto [row, column, seed] = key;
+    if (std::isnan(levels[row])) continue;
+    const auto reached = trialsTo(outcome.points, levels[row]);
+    trials.add(key, {reached.value_or(learners[column].budget), !reached});
+  }
+  return trials;
+}
+
+Table learningTable(const std::string& name, const std::string& title,
+                    const std::vector<Learner>& learners, std::vector<Ratio> ratios) {
+  Table t;
+  t.name = name;
+  t.title = title;
+  t.protocol = fmt::format(
+      "Skills of skills/bioloid-gp. All begin in the middle of the parameters' ranges with half of "
+      "each range as standard deviation, CMA-ES at random in the inner half; contextual begins "
+      "with "
+      "its default step size. {} trials, contextual {}, CMA-ES {}; a run ends before where its "
+      "cost "
+      "is a quarter of the skill's target_cost. Hours in all: --row and --column choose some.",
+      kPublishedBudget, kContextualBudget, kCmaBudget);
+  t.center = Center::kTrimmedMean;
+  t.points = "trials:cost";
+  for (const FamilySkill& f : familySkills()) t.rows.push_back({f.name, "", "cost"});
+  for (const Learner& l : learners) t.columns.push_back({l.name, 1, 9, {}});
+  t.run = [learners](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
+    const FamilySkill& f = familySkills()[row];
+    const Learner& l = learners[column];
+    const auto skill = skillOf(f);
+    const Learning learning = learnFamily(skill, tasksOf(f, l.tasks),
+                                          {l.optimiser, l.control_points, Start::kPublished,
+                                           l.budget, kFar * skill->target_cost, seed, stop});
+    return Outcome{learning.curve.empty() ? kInfinity : learning.curve.back().y, false,
+                   learning.curve};
+  };
+  t.printed_points = [learners](int row, int column) {
+    std::vector<Point> points;
+    const auto& ordinates = learners[column].ordinates;
+    if (row >= static_cast<int>(ordinates.size())) return points;
+    for (size_t k = 0; k < ordinates[row].size(); ++k) {
+      if (std::isnan(ordinates[row][k])) continue;
+      points.push_back({static_cast<double>(checkpoints()[k]), ordinates[row][k] / kOrdinate});
+    }
+    return points;
+  };
+  t.readings = [learners, ratios = std::move(ratios)](const Results& runs) {
+    return std::vector{trialsToLevel(runs, learners, ratios), costsAtCheckpoints(runs, learners)};
+  };
+  return t;
+}
+
+/// A row for each of `of` in each row of the runs, from what their points are.
+struct Reading {
+  std::string name;
+  std::string quantity;
+  std::function<double(const Outcome&)> of;
+  std::vector<double> printed = {};  ///< by column
+};
+
+/// The sizes of an outcome's y in rising order; those that are no numbers, of falls, come last.
+Sample sorted(const Outcome& outcome) {
+  Sample y;
+  for (const Point& p : outcome.points) y.push_back(std::isnan(p.y) ? kInfinity : std::abs(p.y));
+  std::sort(y.begin(), y.end());
+  return y;
+}
+
+/// The value that a part of an outcome's sizes lie at or below.
+double at(const Outcome& outcome, double part) {
+  const Sample y = sorted(outcome);
+  return y.empty() ? kInfinity : y[static_cast<size_t>(std::lround(part * (y.size() - 1.0)))];
+}
+
+Results read(const Results& runs, const std::function<std::vector<Reading>(int row)>& readings) {
+  Table t = runs.table();
+  t.points.clear();
+  t.readings = {};
+  t.rows.clear();
+  for (Column& c : t.columns) c.printed.clear();
+  std::vector<std::vector<Reading>> by_row;
+  std::vector<int> first;
+  for (size_t r = 0; r < runs.table().rows.size(); ++r) {
+    by_row.push_back(readings(static_cast<int>(r)));
+    first.push_back(static_cast<int>(t.rows.size()));
+    for (const Reading& reading : by_row.back()) {
+      t.rows.push_back({fmt::format("{} {}", runs.table().rows[r].name, reading.name),
+                        runs.table().rows[r].name, reading.quantity});
+      for (size_t c = 0; c < t.columns.size(); ++c) {
+        t.columns[c].printed.push_back(reading.printed.empty() ? kNotPrinted : reading.printed[c]);
+      }
+    }
+  }
+  Results read(t);
+  for (const auto& [key, outcome] : runs.outcomes()) {
+    const auto [row, column, seed] = key;
+    for (size_t i = 0; i < by_row[row].size(); ++i) {
+      read.add({first[row] + static_cast<int>(i), column, seed},
+               {by_row[row][i].of(outcome), outcome.missed});
+    }
+  }
+  return read;
+}
+
+/// Learns to `target` of the skill's target_cost and tries the result on 51 tasks. The value is the
+/// number of trials; a point is a task and what `of` says of its performance.
+template <typename Of>
+Outcome learnAndSweep(const FamilySkill& f, int trained, LearningOptions options, Of of) {
+  const auto skill = skillOf(f);
+  options.target *= skill->target_cost;
+  const Learning learning = learnFamily(skill, tasksOf(f, trained), options);
+  Outcome outcome{static_cast<double>(learning.trials), learning.family.task_costs.empty(), {}};
+  if (outcome.missed) return outcome;
+  const skill::SkillProblem problem(skill, tasksOf(f, trained));
+  skill::Runner runner(skill);
+  const VectorXd tasks = tasksOf(f, kSweep);
+  for (int i = 0; i < kSweep && !options.stop.stop_requested(); ++i) {
+    const VectorXd x = learning.family.curve.at(static_cast<double>(i) / (kSweep - 1))
+                           .cwiseMax(problem.lower())
+                           .cwiseMin(problem.upper());
+    outcome.points.push_back({tasks[i], rounded(of(runner.run(x, tasks[i]), tasks[i]))});
+  }
+  return outcome;
+}
+
+}  // namespace
+
+Learning learnFamily(const std::shared_ptr<const Skill>& skill, const VectorXd& tasks,
+                     const LearningOptions& o) {
+  const skill::SkillProblem problem(skill, tasks);
+  const auto optimizer = make(problem, *skill, o);
+  Learning learning;
+  const auto note = [&](const optim::Generation& g) {
+    const double cost = optimizer->achieved().value_or(kInfinity);
+    auto& curve = learning.curve;
+    if (!std::isfinite(cost) || (!curve.empty() && cost > 0.99 * curve.back().y)) return;
+    curve.push_back({static_cast<double>(g.progress.evaluations), rounded(cost)});
+  };
+  const optim::Summary summary = optim::minimise(
+      problem, *optimizer,
+      {.budget = o.budget, .target = o.target, .stop = o.stop, .on_generation = note});
+  learning.trials = summary.progress.evaluations;
+  learning.family = optimizer->best().value_or(optim::Family());
+  if (!learning.curve.empty()) {
+    learning.curve.push_back({static_cast<double>(learning.trials), rounded(learning.family.cost)});
+  }
+  return learning;
+}
+
+double costAfter(const std::vector<Point>& curve, double trials) {
+  double cost = kInfinity;
+  for (const Point& p : curve) {
+    if (p.x <= trials) cost = p.y;
+  }
+  return cost;
+}
+
+std::optional<double> trialsTo(const std::vector<Point>& curve, double cost) {
+  for (const Point& p : curve) {
+    if (p.y <= cost) return p.x;
+  }
+  return std::nullopt;
+}
+
+Table figure32() {
+  return learningTable(
+      "figure-32", "Learning a family of jumps, kicks and walks [Ha2015, Fig. 32].", learners32(),
+      {{"CMA-ES / curve", 0, 2}, {"contextual / curve", 4, 2}, {"contextual / CMA-ES", 4, 0}});
+}
+
+Table figure33() {
+  return learningTable(
+      "figure-33", "The same with 6 and 21 tasks, a line [Ha2015, Fig. 33].", learners33(),
+      {{"CMA-ES 21 / 6", 1, 0}, {"curve 21 / 6", 3, 2}, {"contextual 21 / 6", 5, 4}});
+}
+
+Table figure34() {
+  static constexpr int kColumns = 4;
+  struct Column34 {
+    std::string name;
+    std::string optimiser;
+    int tasks;
+    int budget;
+  };
+  static const Column34 kColumns34[kColumns] = {{"individual", "individual", 6, 9600},
+                                                {"individual 21 tasks", "individual", 21, 33600},
+                                                {"curve", "curve", 6, kPublishedBudget},
+                                                {"contextual", "contextual", 6, kContextualBudget}};
+  Table t;
+  t.name = "figure-34";
+  t.title = "Costs of 51 jumps, of which 6 were trained [Ha2015, Fig. 34].";
+  t.protocol =
+      "The printed jump is another robot's, of human size, with five parameters: only the order of "
+      "the columns can be compared. Between individually learnt tasks parameters are interpolated; "
+      "each has 1600 trials at most and ends at a cost of 0.001. How many tasks the printed \"high "
+      "resolution\" had is not said; ours 21. Start as in figure-32.";
+  t.center = Center::kMedian;
+  t.points = "task:cost";
+  t.rows = {{"jump", "", "trials"}};
+  for (const Column34& c : kColumns34) t.columns.push_back({c.name, 1, 9, {}});
+  t.run = [](int /*row*/, int column, std::uint64_t seed, const std::stop_token& stop) {
+    const Column34& c = kColumns34[column];
+    const FamilySkill& f = familySkills()[0];
+    return learnAndSweep(f, c.tasks,
+                         {c.optimiser, 2, Start::kPublished, c.budget, kFar, seed, stop},
+                         [](const skill::Rollout& r, double) { return r.cost; });
+  };
+  t.readings = [](const Results& runs) {
+    const auto cost = [](double part) { return [part](const Outcome& o) { return at(o, part); }; };
+    const auto mean_of = [](const Outcome& o) { return mean(sorted(o)); };
+    return std::vector{read(runs, [&](int) {
+      return std::vector<Reading>{{"trials", "trials", [](const Outcome& o) { return o.value; }},
+                                  {"least", "cost", cost(0), {.00066, .00018, .00013, kNo}},
+                                  {"median", "cost", cost(0.5), {.0124, .00089, .00167, kNo}},
+                                  {"mean", "cost", mean_of, {.151, .00183, .00271, kNo}},
+                                  {"largest", "cost", cost(1), {2.10, .0226, .00744, kNo}}};
+    })};
+  };
+  return t;
+}
+
+Table families() {
+  static constexpr int kBudget = 3000;
+  Table t;
+  t.name = "families";
+  t.title =
+      "What learn --tasks finds, tried on 51 tasks of which 6 were trained. Not in the paper.";
+  t.protocol = fmt::format(
+      "As `traceur learn SKILL --tasks FIRST:LAST:6 --budget {}` for each seed, then `traceur "
+      "perform RUN --sweep {}`: jump 0.03 to 0.08 m, kick 0.3 to 0.6 m, walk 0.0667 to 0.1333 m/s. "
+      "A task that ends in a fall has an infinite error.",
+      kBudget, kSweep);
+  t.center = Center::kMedian;
+  t.points = "task:error";
+  for (const FamilySkill& f : familySkills()) t.rows.push_back({f.name, "", "trials"});
+  t.columns = {{"contextual", 1, 9, {}}};
+  t.run = [](int row, int /*column*/, std::uint64_t seed, const std::stop_token& stop) {
+    return learnAndSweep(familySkills()[row], 6,
+                         {.budget = kBudget, .target = 1, .seed = seed, .stop = stop},
+                         [](const skill::Rollout& r, double task) {
+                           return r.failed() ? kNotPrinted : r.achieved - task;
+                         });
+  };
+  t.readings = [](const Results& runs) {
+    return std::vector{read(runs, [](int row) {
+      const FamilySkill& f = familySkills()[row];
+      const auto error = [&f](double part) {
+        return [part, unit = f.unit_per_one](const Outcome& o) { return unit * at(o, part); };
+      };
+      return std::vector<Reading>{
+          {"trials", "trials", [](const Outcome& o) { return o.value; }},
+          {"median error", f.unit, error(0.5)},
+          {"error of nine tasks in ten", f.unit, error(0.9)},
+          {"largest error", f.unit, error(1)},
+          {"falls", fmt::format("of {}", kSweep), [](const Outcome& o) {
+             return static_cast<double>(std::count_if(
+                 o.points.begin(), o.points.end(), [](const Point& p) { return std::isnan(p.y); }));
+           }}};
+    })};
+  };
+  return t;
+}
+
+}  // namespace traceur::reproduce

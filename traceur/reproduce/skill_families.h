@@ -1,0 +1,62 @@
+// Chapter 7's experiments with skills of a small robot: how fast each optimiser learns a family of
+// jumps, kicks or walks, and how well what it learnt does the tasks in between.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "traceur/optim/family.h"
+#include "traceur/reproduce/table.h"
+#include "traceur/skill/skill.h"
+
+namespace traceur::reproduce {
+
+/// Learning curves of jump, kick and walk [Ha2015, Fig. 32]: six tasks, line and cubic.
+Table figure32();
+/// The same with 6 and with 21 tasks, for a line [Ha2015, Fig. 33].
+Table figure33();
+/// Costs of 51 tasks of the learnt jumps [Ha2015, Fig. 34].
+Table figure34();
+/// What `learn --tasks` with its defaults gives: errors of 51 tasks, falls and trials.
+Table families();
+
+/// The mean cost of the best curve over the trials that finding it took. A point is kept where the
+/// cost fell by a hundredth or more, and the last.
+struct Learning {
+  std::vector<Point> curve;  ///< x: trials; y: cost
+  optim::Family family;      ///< the best; no points if the search ended before there was one
+  int trials = 0;
+};
+
+/// How a search begins.
+enum class Start {
+  kLearn,     ///< as `traceur learn`: the skill's initial parameters, its step size
+  kPublished  ///< the middle of the ranges, half of each as standard deviation [Ha2015, §7.4];
+              ///< CMA-ES at random in the inner half
+};
+
+struct LearningOptions {
+  std::string optimiser = "contextual";
+  int control_points = 2;
+  Start start = Start::kLearn;
+  int budget = 5000;  ///< trials
+  double target = 0;  ///< mean cost that ends it
+  std::uint64_t seed = 1;
+  std::stop_token stop = {};
+};
+
+/// @param tasks  (M) trained
+/// @throws InputError as the optimiser
+Learning learnFamily(const std::shared_ptr<const skill::Skill>& skill, const Eigen::VectorXd& tasks,
+                     const LearningOptions& options);
+
+/// The least cost a learning curve had reached after so many trials; infinite before its first.
+double costAfter(const std::vector<Point>& curve, double trials);
+
+/// Trials after which a learning curve was at a cost or below; nothing if it never was.
+std::optional<double> trialsTo(const std::vector<Point>& curve, double cost);
+
+}  // namespace traceur::reproduce

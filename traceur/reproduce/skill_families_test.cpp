@@ -1,0 +1,82 @@
+#include "traceur/reproduce/skill_families.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace traceur::reproduce {
+namespace {
+
+TEST(SkillFamilies, ReadALearningCurve) {
+  const std::vector<Point> curve = {{32, 1.0}, {64, 0.5}, {128, 0.1}, {500, 0.1}};
+  EXPECT_TRUE(std::isinf(costAfter(curve, 31)));
+  EXPECT_EQ(costAfter(curve, 64), 0.5);
+  EXPECT_EQ(costAfter(curve, 127), 0.5);
+  EXPECT_EQ(costAfter(curve, 5000), 0.1);
+  EXPECT_EQ(trialsTo(curve, 0.5), 64);
+  EXPECT_EQ(trialsTo(curve, 0.2), 128);
+  EXPECT_FALSE(trialsTo(curve, 0.05));
+}
+
+TEST(SkillFamilies, LearnAndKeepTheCurveOfIt) {
+  const auto skill = skill::Skill::fromFile("tests/cli/nod.toml");
+  const Eigen::VectorXd tasks = Eigen::VectorXd::LinSpaced(3, 0, 1);
+  for (const char* optimiser : {"contextual", "curve", "cma", "individual"}) {
+    SCOPED_TRACE(optimiser);
+    for (const Start start : {Start::kLearn, Start::kPublished}) {
+      const LearningOptions options{
+          .optimiser = optimiser, .start = start, .budget = 96, .target = 0, .seed = 2};
+      const Learning a = learnFamily(skill, tasks, options);
+      EXPECT_GE(a.trials, 96);
+      ASSERT_FALSE(a.curve.empty());
+      EXPECT_LE(a.curve.back().y, a.curve.front().y);
+      EXPECT_EQ(a.curve.back().x, a.trials);
+      EXPECT_NEAR(a.curve.back().y, a.family.cost, 1e-3 * a.family.cost);
+    }
+  }
+}
+
+/// Runs as the first row's might be: one column is twice as fast as "curve", one never gets there.
+TEST(SkillFamilies, TellTrialsToTheLevelOfThePublishedOptimiser) {
+  const Table table = figure32();
+  Results runs(table);
+  const auto column = [&](const std::string& name) {
+    int c = 0;
+    while (table.columns[c].name != name) ++c;
+    return c;
+  };
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    runs.add({0, column("curve"), seed}, {0, false, {{100, 1.0}, {4000, 0.01}, {5000, 0.01}}});
+    runs.add({0, column("contextual"), seed}, {0, false, {{100, 1.0}, {2000, 0.005}}});
+    runs.add({0, column("CMA-ES"), seed}, {0, false, {{96, 1.0}, {12500, 0.02}}});
+  }
+  const std::vector<Results> told = table.readings(runs);
+  ASSERT_EQ(told.size(), 2U);
+  const Summary trials = summarise(told[0]);
+  EXPECT_EQ(trials.cells[0][column("curve")].value, 4000);
+  EXPECT_EQ(trials.cells[0][column("contextual")].value, 2000);
+  EXPECT_EQ(trials.cells[0][column("CMA-ES")].value, 12500);
+  EXPECT_EQ(trials.cells[0][column("CMA-ES")].missed, 3);
+  EXPECT_EQ(trials.ratios[0][1].value, 0.5);
+  const Summary costs = summarise(told[1]);
+  EXPECT_EQ(told[1].table().rows[1].name, "jump 1000");
+  EXPECT_EQ(costs.cells[1][column("curve")].value, 1.0);
+  EXPECT_NEAR(costs.cells[1][column("curve")].printed, 0.18 * 11 / 7, 1e-12);
+  EXPECT_EQ(costs.cells[7][column("curve")].runs, 0);  // 8000: it had no more than 5000
+  EXPECT_EQ(costs.cells[7][column("CMA-ES")].value, 1.0);
+}
+
+TEST(SkillFamilies, CountAFallAsAnInfiniteError) {
+  const Table table = families();
+  Results runs(table);
+  runs.add({0, 0, 1}, {1600, false, {{0.03, 0.001}, {0.04, NAN}, {0.05, -0.003}}});
+  const std::vector<Results> told = table.readings(runs);
+  const Summary s = summarise(told[0]);
+  EXPECT_EQ(s.cells[0][0].value, 1600);
+  EXPECT_DOUBLE_EQ(s.cells[1][0].value, 3);  // mm, median of 1, 3 and infinity
+  EXPECT_TRUE(std::isinf(s.cells[3][0].value));
+  EXPECT_EQ(s.cells[4][0].value, 1);
+}
+
+}  // namespace
+}  // namespace traceur::reproduce
