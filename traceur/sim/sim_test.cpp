@@ -421,6 +421,18 @@ TEST(Scene, TheGroundHoldsWhateverTheRobotsDefaultsAre) {
   EXPECT_NEAR(world.snapshot().com().z(), 0.1, 1e-3);
 }
 
+TEST(World, ComVelocityIsTheEnginesBitByBit) {
+  World world(Model::fromScene({.robot = bioloid()}));
+  const auto* m = world.model().raw();
+  for (int i = 0; i < 400; ++i) {
+    world.step({VectorXd::Constant(m->nu, 0.3 * std::sin(0.05 * i))});
+    const Vector3d ours = world.snapshot().comVelocity();
+    mj_subtreeVel(m, world.raw());
+    const mjtNum* theirs = world.raw()->subtree_linvel + 3 * world.model().root().value;
+    EXPECT_EQ(ours, Vector3d(theirs[0], theirs[1], theirs[2])) << i;
+  }
+}
+
 TEST(Model, StepsWithoutWhatIsOnlySeenUnlessItWeighs) {
   const auto text = [](const char* inertial) {
     return fmt::format(R"(<mujoco><worldbody><body><freejoint/>{}

@@ -30,11 +30,20 @@ Vector3d Snapshot::com() const {
 }
 
 Vector3d Snapshot::comVelocity() const {
-  if (!has_velocities_) {
-    mj_subtreeVel(model_->raw(), data_);
-    has_velocities_ = true;
+  if (has_com_velocity_) return com_velocity_;
+  // mj_subtreeVel's linear half, operation by operation: its angular half is twice the work.
+  const mjModel* m = model_->raw();
+  const int root = model_->root().value;
+  int end = root;
+  for (; end < m->nbody && (end == root || m->body_rootid[end] == m->body_rootid[root]); ++end) {
+    mjtNum velocity[6];  // rotation, then translation
+    mj_objectVelocity(m, data_, mjOBJ_BODY, end, velocity, 0);
+    momentum_.col(end) = m->body_mass[end] * vec(velocity + 3);
   }
-  return vec(data_->subtree_linvel + 3 * model_->root().value);
+  for (int b = end - 1; b > root; --b) momentum_.col(m->body_parentid[b]) += momentum_.col(b);
+  com_velocity_ = (1 / m->body_subtreemass[root]) * momentum_.col(root);
+  has_com_velocity_ = true;
+  return com_velocity_;
 }
 
 Vector3d Snapshot::linearMomentum() const {
@@ -42,7 +51,7 @@ Vector3d Snapshot::linearMomentum() const {
 }
 
 Vector3d Snapshot::angularMomentum() const {
-  comVelocity();
+  mj_subtreeVel(model_->raw(), data_);
   return vec(data_->subtree_angmom + 3 * model_->root().value);
 }
 
@@ -68,6 +77,14 @@ Vector3d Snapshot::bodyVelocity(BodyId body) const {
 bool Snapshot::touchesWorld() const {
   return std::any_of(contacts_.begin(), contacts_.end(), [&](const Contact& c) {
     return model_->isRobot(c.body_a) != model_->isRobot(c.body_b);
+  });
+}
+
+bool Snapshot::willTouchWorld() const {
+  const int* body = model_->raw()->geom_bodyid;
+  return std::any_of(data_->contact, data_->contact + data_->ncon, [&](const mjContact& c) {
+    return c.efc_address >= 0 &&
+           model_->isRobot({body[c.geom1]}) != model_->isRobot({body[c.geom2]});
   });
 }
 
@@ -158,32 +175,32 @@ void Snapshot::externalForce(Eigen::Ref<VectorXd> tau) const {
 void Snapshot::solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const {
   const mjModel* m = model_->raw();
   const int n = m->nv;
-  const int* parent = m->dof_parentid;
   const int* row = m->dof_Madr;  // row i holds M(i,i), M(i,parent), M(i,grandparent), …
+  const int* column = ancestor_.data();
   double* L = factor_.data();
+  double* x = b.data();
+  const auto end = [&](int i) { return i + 1 < n ? row[i + 1] : m->nM; };
   std::copy(data_->qM, data_->qM + m->nM, L);
   for (int i = 0; i < n; ++i) L[row[i]] += d[i];
   for (int k = n - 1; k >= 0; --k) {
     const double inverse = 1 / L[row[k]];
-    int at_ki = row[k] + 1;
-    for (int i = parent[k]; i >= 0; i = parent[i], ++at_ki) {
-      const double a = L[at_ki] * inverse;
-      int at_ij = row[i];
-      int at_kj = at_ki;
-      for (int j = i; j >= 0; j = parent[j]) L[at_ij++] -= a * L[at_kj++];
-      L[at_ki] = a;
+    for (int at = row[k] + 1; at < end(k); ++at) {
+      const double a = L[at] * inverse;
+      double* above = L + row[column[at]];
+      const double* here = L + at;
+      const int count = end(k) - at;
+      for (int j = 0; j < count; ++j) above[j] -= a * here[j];
+      L[at] = a;
     }
     L[row[k]] = inverse;
   }
   for (int k = n - 1; k >= 0; --k) {
-    int at = row[k] + 1;
-    for (int j = parent[k]; j >= 0; j = parent[j]) b[j] -= L[at++] * b[k];
+    for (int at = row[k] + 1; at < end(k); ++at) x[column[at]] -= L[at] * x[k];
   }
   for (int k = 0; k < n; ++k) {
-    double x = b[k] * L[row[k]];
-    int at = row[k] + 1;
-    for (int j = parent[k]; j >= 0; j = parent[j]) x -= L[at++] * b[j];
-    b[k] = x;
+    double sum = x[k] * L[row[k]];
+    for (int at = row[k] + 1; at < end(k); ++at) sum -= L[at] * x[column[at]];
+    x[k] = sum;
   }
 }
 
@@ -205,7 +222,7 @@ void Snapshot::capture() {
     mj_rnePostConstraint(m, data_);
     for (int b = 0; b < m->nbody; ++b) joint_forces_.col(b) = vec(data_->cfrc_int + 6 * b + 3);
   }
-  has_velocities_ = false;  // a reset comes here too
+  has_com_velocity_ = false;  // a reset comes here too
 }
 
 }  // namespace traceur::sim

@@ -76,15 +76,19 @@ class Snapshot {
   friend class World;
   /// Sign of the contact's force on the robot if the static world presses on it, else 0.
   int support(const Contact& c) const;
-  void capture();  // reads contacts and joint forces while the engine still has them
+  bool willTouchWorld() const;  // touchesWorld() of the step that comes next
+  void capture();               // reads contacts and joint forces while the engine still has them
 
   const Model* model_ = nullptr;
   mjData_* data_ = nullptr;
   bool wants_joint_forces_ = false;
   std::vector<Contact> contacts_;
   Matrix3Xd joint_forces_;
-  mutable bool has_velocities_ = false;  // subtree velocities are computed once per step
-  mutable std::vector<double> factor_;   // scratch of solveInertia
+  mutable bool has_com_velocity_ = false;  // computed once per step
+  mutable Vector3d com_velocity_ = Vector3d::Zero();
+  mutable Matrix3Xd momentum_;          // scratch of comVelocity
+  mutable std::vector<double> factor_;  // scratch of solveInertia
+  std::vector<int> ancestor_;           // the column of each entry of the inertia matrix's rows
 };
 
 }  // namespace traceur::sim

@@ -14,7 +14,12 @@ World::World(std::shared_ptr<const Model> model, Options options)
   snapshot_.model_ = model_.get();
   snapshot_.data_ = data_;
   snapshot_.wants_joint_forces_ = options_.joint_forces;
-  snapshot_.factor_.resize(model_->raw()->nM);
+  const mjModel* m = model_->raw();
+  snapshot_.factor_.resize(m->nM);
+  for (int i = 0; i < m->nv; ++i) {
+    for (int j = i; j >= 0; j = m->dof_parentid[j]) snapshot_.ancestor_.push_back(j);
+  }
+  snapshot_.momentum_.resize(3, m->nbody);
   snapshot_.joint_forces_ = Matrix3Xd::Zero(3, options_.joint_forces ? model_->bodies() : 0);
   snapshot_.contacts_.reserve(128);
   reset(model_->initialState());
@@ -46,8 +51,9 @@ void World::step(const Torque& torque) {
   const mjModel* m = model_->raw();
   assert(torque.tau.size() == m->nu);
   Eigen::Map<VectorXd>(data_->ctrl, m->nu) = torque.tau;
-  const bool floats = model_->rootDofs() == 6;
-  const Vector3d v_before = floats ? snapshot_.comVelocity() : Vector3d::Zero();
+  // No contact whose force is being solved for: the step will be one of flight.
+  const bool flies = model_->rootDofs() == 6 && !pushed_ && !snapshot_.willTouchWorld();
+  const Vector3d v_before = flies ? snapshot_.comVelocity() : Vector3d::Zero();
   // reset() and the end of step() leave positions and velocities evaluated, so the second half
   // comes first: between the halves the engine still holds the forces it has just solved for.
   mj_step2(m, data_);
@@ -55,7 +61,7 @@ void World::step(const Torque& torque) {
   mj_checkPos(m, data_);
   mj_checkVel(m, data_);
   mj_fwdPosition(m, data_);
-  if (floats && !pushed_ && !snapshot_.touchesWorld()) {
+  if (flies) {
     // In flight gravity alone moves the COM. Euler's step in joint coordinates keeps that only to
     // O(Δt); shifting the root's velocity by the error makes linear momentum exact.
     mj_comVel(m, data_);
@@ -65,7 +71,7 @@ void World::step(const Torque& torque) {
     Eigen::Map<Vector3d>(data_->qvel + root) += error;
   }
   mj_fwdVelocity(m, data_);
-  snapshot_.has_velocities_ = false;
+  snapshot_.has_com_velocity_ = false;
 }
 
 void World::push(BodyId body, const Vector3d& force, const Vector3d& moment) {
