@@ -264,7 +264,7 @@ Summary summarise(const Results& results) {
     group->second.push_back(r);
   }
   for (const auto& [name, members] : groups) {
-    if (members.size() < 2) continue;
+    if (members.size() < 2 || t.ratios.empty()) continue;
     Summary::Group group{name, t.rows[members[0]].quantity, static_cast<int>(members.size()), {}};
     for (const Ratio& ratio : t.ratios) group.ratios.push_back(ratio_over(members, ratio));
     summary.groups.push_back(std::move(group));
