@@ -205,6 +205,7 @@ std::vector<bool> chosen(const std::vector<T>& named, const std::vector<std::str
                          const char* option) {
   std::vector<bool> in(named.size(), names.empty());
   std::vector<std::string> there;
+  there.reserve(named.size());
   for (const T& t : named) there.push_back(t.name);
   for (const std::string& name : names) {
     const auto found = std::find(there.begin(), there.end(), name);

@@ -299,8 +299,8 @@ Table learningTable(const std::string& name, const std::string& title,
     const Learning learning = learnFamily(skill, tasksOf(f, l.tasks),
                                           {l.optimiser, l.control_points, Start::kPublished,
                                            l.budget, kFar * skill->target_cost, seed, stop});
-    return Outcome{learning.curve.empty() ? kInfinity : learning.curve.back().y, false,
-                   learning.curve};
+    if (learning.curve.empty()) return Outcome{kInfinity, true, {}};
+    return Outcome{learning.curve.back().y, false, learning.curve};
   };
   t.printed_points = [learners](int row, int column) {
     std::vector<Point> points;
@@ -313,7 +313,8 @@ Table learningTable(const std::string& name, const std::string& title,
     return points;
   };
   t.readings = [learners, ratios = std::move(ratios)](const Results& runs) {
-    return std::vector{trialsToLevel(runs, learners, ratios), costsAtCheckpoints(runs, learners)};
+    return std::vector<Results>{trialsToLevel(runs, learners, ratios),
+                                costsAtCheckpoints(runs, learners)};
   };
   return t;
 }
@@ -337,7 +338,8 @@ Sample sorted(const Outcome& outcome) {
 /// The value that a part of an outcome's sizes lie at or below.
 double at(const Outcome& outcome, double part) {
   const Sample y = sorted(outcome);
-  return y.empty() ? kInfinity : y[static_cast<size_t>(std::lround(part * (y.size() - 1.0)))];
+  if (y.empty()) return kInfinity;
+  return y[static_cast<size_t>(std::lround(part * (static_cast<double>(y.size()) - 1)))];
 }
 
 Results read(const Results& runs, const std::function<std::vector<Reading>(int row)>& readings) {
