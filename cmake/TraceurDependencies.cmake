@@ -10,6 +10,7 @@ find_package(SQLite3 REQUIRED)
 find_package(PNG REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(SVM REQUIRED)
+find_package(NLopt REQUIRED)
 
 include(TraceurMujoco)
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 
 #include "traceur/core/random.h"
@@ -42,7 +43,11 @@ const std::vector<FamilySkill>& familySkills() {
 }
 
 std::shared_ptr<const Skill> skillOf(const FamilySkill& f) {
-  return Skill::fromFile(fmt::format("skills/bioloid-gp/{}.toml", f.name));
+  // Beside the robots, in the source folder and where the program is installed.
+  const std::filesystem::path robot =
+      skill::findRobot("bioloid-gp", std::filesystem::current_path());
+  const auto data = robot.parent_path().parent_path().parent_path();
+  return Skill::fromFile(data / "skills" / "bioloid-gp" / (f.name + ".toml"));
 }
 
 VectorXd tasksOf(const FamilySkill& f, int count) {
