@@ -11,6 +11,7 @@ find_package(PNG REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(SVM REQUIRED)
 find_package(NLopt REQUIRED)
+find_package(box2d REQUIRED)
 
 include(TraceurMujoco)
 

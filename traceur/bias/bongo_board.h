@@ -33,7 +33,7 @@ struct BongoParameters {
 ///
 /// Euler-Lagrange in φ = α_w + α_b and ψ = φ + θ, the absolute angles of board and legs:
 ///
-///     A(q) (α_w'', φ'', ψ'') = (0, -u, u) - h(q, q') - g(q)    
+///     A(q) (α_w'', φ'', ψ'') = (0, -u, u) - h(q, q') - g(q)
 ///
 /// integrated by the classical Runge-Kutta method with the input held for a step.
 class BongoBoard : public Plant {
