@@ -92,7 +92,12 @@ Json toJson(const Learned& l, const skill::Rollout& r) {
          {"task", {{"name", s.task.name}, {"unit", s.task.unit}, {"value", l.task}}},
          {"achieved_in_simulation", std::isnan(r.achieved) ? Json() : Json(r.achieved)},
          {"ended", r.ended},
-         {"time_step", s.model->timeStep()}};
+         {"time_step", s.model->timeStep()},
+         {"horizon", s.horizon}};
+  if (!s.stop.empty()) j["stop"] = s.stop;
+  for (const skill::Failure& f : s.failures) {
+    j["failures"].push_back({{"name", f.name}, {"when", f.when}, {"during", namesOf(f.during, s)}});
+  }
   for (size_t i = 0; i < s.parameters.size(); ++i) {
     j["parameters"][s.parameters[i].name] = {{"value", l.parameters[static_cast<Eigen::Index>(i)]},
                                              {"unit", s.parameters[i].unit}};
@@ -186,6 +191,9 @@ int exportRun(const Arguments& a) {
       a.out.empty() ? beside(a.run, fmt::format("-{:g}", l.task)).string() : a.out;
   const std::string table = stem + "-targets.csv";
   const std::string controller = stem + "-controller.json";
+  if (const auto folder = std::filesystem::path(stem).parent_path(); !folder.empty()) {
+    std::filesystem::create_directories(folder);
+  }
   write(table, csv);
   write(controller, toJson(l, r).dump(2) + "\n");
   const bool forces = std::any_of(s.phases.begin(), s.phases.end(),
@@ -219,7 +227,8 @@ void addExport(CLI::App& program, int& exit_code) {
       "export", "Write what was learned for servos: joint targets over time, and the controller.");
   verb->add_option("RUN", a->run, "Run file of traceur learn")->required();
   verb->add_option("--task", a->task, "Of a family: what to ask for, in the skill's own unit");
-  verb->add_option("--period", a->period, "Between two rows of targets [s], in whole time steps")
+  verb->add_option("--period", a->period,
+                   "Between two rows of targets [s], a multiple of the time step")
       ->check(CLI::Range(1e-4, 10.0))
       ->capture_default_str();
   verb->add_option("--out", a->out,
@@ -229,7 +238,7 @@ void addExport(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  traceur export runs/walk-family-seed1.run --task 0.1\n"
       "  traceur export runs/walk-family-seed1.run --task 0.1 --period 0.008 --out robot/walk\n"
-      "Exit code: 0 done, 1 it fails in simulation, 2 wrong use.");
+      "Exit code: 0 done, 1 it fails in simulation or cannot be written, 2 wrong use.");
   verb->callback([a, &exit_code] { exit_code = exportRun(*a); });
 }
 

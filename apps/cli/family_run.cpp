@@ -37,6 +37,11 @@ std::string toText(const optim::Family& family) {
   return j.dump();
 }
 
+void requireAchieved(const skill::Skill& skill) {
+  if (!skill.task.achieved.empty()) return;
+  throw InputError(skill.name + " does not say what a trial achieved: there is no error to map");
+}
+
 std::filesystem::path beside(const std::filesystem::path& run, const std::string& ending) {
   return run.parent_path() / (run.stem().string() + ending);
 }

@@ -31,6 +31,9 @@ std::string toText(const optim::Family& family);
 /// @throws InputError when the run is not one of a family, or has found none yet
 FamilyRun readFamily(const RunFile& run);
 
+/// @throws InputError for a skill that does not say what a trial achieved
+void requireAchieved(const skill::Skill& skill);
+
 /// What is made of a run, in its folder: "a/jump.run" and "-sweep.csv" give "a/jump-sweep.csv".
 std::filesystem::path beside(const std::filesystem::path& run, const std::string& ending);
 

@@ -81,6 +81,7 @@ int performTasks(const Arguments& a, const FamilyRun& f) {
 
 /// The whole range: a CSV and a figure of the error.
 int sweep(const Arguments& a, const FamilyRun& f) {
+  requireAchieved(*f.skill);
   const skill::Task& t = f.skill->task;
   const Eigen::VectorXd tasks =
       Eigen::VectorXd::LinSpaced(a.sweep, f.tasks[0], f.tasks[f.tasks.size() - 1]);
@@ -109,10 +110,8 @@ int sweep(const Arguments& a, const FamilyRun& f) {
     bad.x.push_back(p.task);
     bad.y.push_back(p.error());
   }
-  if (f.skill->task.achieved.empty()) {
-    throw InputError(f.skill->name +
-                     " does not say what a trial achieved: there is no error to map");
-  }
+  if (errors.empty())
+    throw InputError(f.skill->name + ": no trial achieved anything that is a number");
   std::sort(errors.begin(), errors.end());
   const double median = errors[errors.size() / 2];
   const fs::path table = beside(a.run, "-sweep.csv");
@@ -179,11 +178,14 @@ void addPerform(CLI::App& program, int& exit_code) {
                                  "So many tasks, evenly over the range: a CSV and a figure")
                     ->check(CLI::Range(2, 100'000))
                     ->excludes(task);
-  verb->add_flag("--perturb", a->perturb,
-                 "Sweep with another mass, friction, control delay and sensor noise than was "
-                 "learned with: what the family withstands, as CSV and figure")
-      ->needs(sweep);
-  verb->add_option("--seed", a->seed, "Of the disturbances drawn at random")->capture_default_str();
+  auto* perturb =
+      verb->add_flag("--perturb", a->perturb,
+                     "Sweep with another mass, friction, control delay and sensor noise than was "
+                     "learned with: what the family withstands, as CSV and figure")
+          ->needs(sweep);
+  verb->add_option("--seed", a->seed, "Of the disturbances drawn at random")
+      ->capture_default_str()
+      ->needs(perturb);
   verb->add_option("--count", a->count, "Film strip: panels of each task")
       ->check(CLI::Range(1, 50))
       ->capture_default_str();
@@ -197,7 +199,7 @@ void addPerform(CLI::App& program, int& exit_code) {
       "  traceur perform runs/jump-family-seed1.run --task 0.03,0.055,0.08\n"
       "  traceur perform runs/jump-family-seed1.run --sweep 51\n"
       "  traceur perform runs/jump-family-seed1.run --sweep 11 --perturb\n"
-      "Exit code: 0 done, 1 a performance failed, 2 wrong use.");
+      "Exit code: 0 done, 1 a performance failed (but for --perturb), 2 wrong use.");
   verb->callback([a, &exit_code] { exit_code = perform(*a); });
 }
 

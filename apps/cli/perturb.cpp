@@ -37,7 +37,8 @@ struct Case {
   Disturbance disturbance;
 };
 
-std::vector<Case> casesOf(std::uint64_t seed) {
+std::vector<Case> casesOf(std::uint64_t seed, double time_step) {
+  const auto whole = [&](double delay) { return time_step * std::round(delay / time_step); };
   std::vector<Case> cases;
   for (int i = 0; i < kLevels; ++i) {
     const double part = i / (kLevels - 1.0);
@@ -48,12 +49,12 @@ std::vector<Case> casesOf(std::uint64_t seed) {
     d.friction = kLeastFriction + (kMostFriction - kLeastFriction) * part;
     cases.push_back({"friction", *d.friction, d});
     d = {};
-    d.delay = kDelay * part;
+    d.delay = whole(kDelay * part);
     cases.push_back({"delay", 1e3 * d.delay, d});
     d = {};
     d.encoder_noise = part * kEncoderNoise;
     d.velocity_noise = part * kVelocityNoise;
-    d.seed = seed;
+    d.seed = seed + i;
     cases.push_back({"noise", part, d});
   }
   for (int i = 0; i < kDrawn; ++i) {
@@ -61,7 +62,7 @@ std::vector<Case> casesOf(std::uint64_t seed) {
     Disturbance d;
     d.mass = random.uniform(1 - kMass, 1 + kMass);
     d.friction = random.uniform(kLeastFriction, kMostFriction);
-    d.delay = random.uniform(0, kDelay);
+    d.delay = whole(random.uniform(0, kDelay));
     const double noise = random.uniform();
     d.encoder_noise = noise * kEncoderNoise;
     d.velocity_noise = noise * kVelocityNoise;
@@ -104,11 +105,8 @@ double median(std::vector<double> x) {
 
 int perturb(const FamilyRun& f, const PerturbOptions& o) {
   const skill::Task& task = f.skill->task;
-  if (task.achieved.empty()) {
-    throw InputError(f.skill->name +
-                     " does not say what a trial achieved: there is no error to map");
-  }
-  const std::vector<Case> cases = casesOf(o.seed);
+  requireAchieved(*f.skill);
+  const std::vector<Case> cases = casesOf(o.seed, f.skill->model->timeStep());
   const Eigen::VectorXd tasks =
       Eigen::VectorXd::LinSpaced(o.tasks, f.tasks[0], f.tasks[f.tasks.size() - 1]);
   std::vector<std::vector<skill::Rollout>> rollouts(cases.size());
@@ -150,7 +148,7 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
         ++count.trials;
         count.failed += r.failed();
         count.within += within;
-        if (!r.failed()) count.errors.push_back(std::abs(error));
+        if (!r.failed() && !std::isnan(error)) count.errors.push_back(std::abs(error));
         render::Series& series = r.failed() ? bad : within ? good : off;
         series.x.push_back(tasks[t]);
         series.y.push_back(c.level);
@@ -186,9 +184,9 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
         {"median_error",
          std::isnan(error) ? nlohmann::ordered_json() : nlohmann::ordered_json(error)}};
     if (o.json) continue;
-    fmt::print("  {:<10} {:>4} trials  {:>5.1f} % fail  {:>5.1f} % within  {:.2g} {}\n",
-               kinds()[k].name, c.trials, 100.0 * c.failed / c.trials, 100.0 * c.within / c.trials,
-               error, task.unit);
+    fmt::print("  {:<10} {:>4} trials  {:>5.1f} % fail  {:>5.1f} % within  {}\n", kinds()[k].name,
+               c.trials, 100.0 * c.failed / c.trials, 100.0 * c.within / c.trials,
+               std::isnan(error) ? "-" : fmt::format("{:.2g} {}", error, task.unit));
   }
   j["csv"] = table.string();
   if (o.picture) j["picture"] = picture.string();

@@ -39,9 +39,11 @@ void ProgressLine::update(double done, const std::string& note, const char* unit
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const double rate = elapsed > 0 ? (done - first_) / elapsed : 0;
-  const double left = rate > 0 ? std::max(0.0, total_ - done) / rate : 0;
-  const std::string text = fmt::format("{:.0f}/{:.0f}  {}  {:.1f} {}  {} left", done, total_, note,
-                                       rate, unit_rate, duration(left));
+  std::string text = fmt::format("{:.0f}/{:.0f}  {}", done, total_, note);
+  if (rate > 0) {
+    text += fmt::format("  {:.{}f} {}  {} left", rate, rate < 1 ? 4 : 1, unit_rate,
+                        duration(std::max(0.0, total_ - done) / rate));
+  }
   if (terminal_) {
     const double part = std::clamp(done / total_, 0.0, 1.0);
     const int full = static_cast<int>(std::lround(part * kBarWidth));

@@ -46,14 +46,16 @@ std::string range(const Interval& i) {
   return fmt::format("[{}, {}]", number(i.low, 3), number(i.high, 3));
 }
 
+/// null for what is not there; JSON has no word for infinity, so that one is a text.
 nlohmann::ordered_json toJson(double x) {
+  if (std::isinf(x)) return x > 0 ? "inf" : "-inf";
   return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x);
 }
 
 nlohmann::ordered_json toJson(const RatioSummary& r) {
   return {{"ratio", toJson(r.value)},
-          {"low", r.interval.low},
-          {"high", r.interval.high},
+          {"low", toJson(r.interval.low)},
+          {"high", toJson(r.interval.high)},
           {"paper", toJson(r.printed)}};
 }
 
@@ -68,8 +70,8 @@ nlohmann::ordered_json asJson(const Table& t, const Summary& s) {
       const CellSummary& cell = s.cells[r][c];
       row["columns"][t.columns[c].name] = {{"paper", toJson(cell.printed)},
                                            {"ours", cell.runs ? toJson(cell.value) : nullptr},
-                                           {"low", cell.interval.low},
-                                           {"high", cell.interval.high},
+                                           {"low", toJson(cell.interval.low)},
+                                           {"high", toJson(cell.interval.high)},
                                            {"runs", cell.runs},
                                            {"missed", cell.missed}};
     }
@@ -174,21 +176,26 @@ void drawPoints(const Results& results, const std::filesystem::path& file) {
     panel.log_y = axes.at(1) == "cost";
     for (size_t c = 0; c < t.columns.size(); ++c) {
       bool labelled = false;
+      render::Series falls{"falls", {}, {}, render::Style::kCrosses};
       const auto draw = [&](const std::vector<Point>& points, render::Style style) {
         render::Series line{labelled ? "" : t.columns[c].name, {}, {}, style};
         line.color = static_cast<int>(c);
         for (const Point& p : points) {
           line.x.push_back(p.x);
           line.y.push_back(p.y);
+          if (!std::isnan(p.y)) continue;
+          falls.x.push_back(p.x);
+          falls.y.push_back(0);
         }
         labelled = labelled || !line.x.empty();
         if (!line.x.empty()) panel.series.push_back(std::move(line));
       };
       for (const auto& [key, outcome] : results.outcomes()) {
         if (std::get<0>(key) == static_cast<int>(r) && std::get<1>(key) == static_cast<int>(c)) {
-          draw(outcome.points, panel.log_y ? render::Style::kStep : render::Style::kLine);
+          draw(outcome.points, axes[0] == "trials" ? render::Style::kStep : render::Style::kLine);
         }
       }
+      if (!falls.x.empty()) panel.series.push_back(falls);
       if (labelled && t.printed_points) {
         draw(t.printed_points(static_cast<int>(r), static_cast<int>(c)), render::Style::kDashed);
       }
@@ -283,6 +290,17 @@ int reproduceTable(const Arguments& a) {
   if (!a.picture.empty() && table.points.empty()) {
     throw InputError(fmt::format("--picture: {} is no figure", table.name));
   }
+  // Hours may lie between here and the picture.
+  const auto isPicture = [](const std::filesystem::path& file) {
+    return file.extension() == ".png" || file.extension() == ".svg";
+  };
+  if (!a.picture.empty() && !isPicture(a.picture)) {
+    throw InputError(fmt::format("--picture {}: expected .png or .svg", a.picture));
+  }
+  if (isPicture(out)) {
+    throw InputError(
+        fmt::format("--out {}: expected the name of a CSV; --picture names the figure", out));
+  }
   const std::vector<bool> rows = chosen(table.rows, a.rows, "--row");
   const std::vector<bool> columns = chosen(table.columns, a.columns, "--column");
   bool whole = true;
@@ -304,11 +322,6 @@ int reproduceTable(const Arguments& a) {
     fmt::print(stderr, "stopped; the same command goes on with {}\n", out);
     return kInterrupted;
   }
-  std::string picture = a.picture;
-  if (picture.empty() && !table.points.empty() && !a.no_run) {
-    picture = std::filesystem::path(out).replace_extension(".png").string();
-  }
-  if (!picture.empty()) drawPoints(results, picture);
   nlohmann::ordered_json json;
   for (const Results& told : table.readings ? table.readings(results) : std::vector{results}) {
     const Summary summary = summarise(told);
@@ -321,6 +334,11 @@ int reproduceTable(const Arguments& a) {
     }
   }
   if (a.json) fmt::print("{}\n", (table.readings ? json : json["tables"][0]).dump(2));
+  std::string picture = a.picture;
+  if (picture.empty() && !table.points.empty() && !a.no_run) {
+    picture = std::filesystem::path(out).replace_extension(".png").string();
+  }
+  if (!picture.empty()) drawPoints(results, picture);
   if (!a.quiet && !picture.empty()) fmt::print(stderr, "figure: {}\n", picture);
   if (!a.quiet && !a.no_run) fmt::print(stderr, "every run: {}\n", out);
   return kDone;
@@ -336,15 +354,17 @@ void addReproduce(CLI::App& program, int& exit_code) {
   for (const Table& t : allTables()) names.push_back(t.name);
   names.push_back("figure-28");
   verb->add_option("TABLE", a->name, "One of: " + join(names))->required();
-  auto* seeds = verb->add_option("--seeds", a->seeds, "Runs of each cell; default: minutes in all")
-                    ->check(CLI::Range(1, 100'000));
+  auto* seeds =
+      verb->add_option("--seeds", a->seeds,
+                       "Runs of each cell; default: minutes in all, but hours for figure-32 to 34")
+          ->check(CLI::Range(1, 100'000));
   verb->add_flag("--full", a->full, "As many runs as the committed results have")->excludes(seeds);
   verb->add_option("--seed", a->first_seed, "The first seed")->capture_default_str();
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
   verb->add_option("--out", a->out,
-                   "CSV of every run; runs it already has are not made again. Default: "
-                   "runs/TABLE.csv. Of a figure: the picture, .png or .svg");
+                   "CSV of every run; runs it already has are not made again, and only one process "
+                   "may write it at a time. Default: runs/TABLE.csv. Of figure-28: the picture");
   verb->add_option("--row", a->rows, "Run only these rows; all that was run is told")
       ->delimiter(',');
   verb->add_option("--column", a->columns, "Run only these columns")->delimiter(',');

@@ -4,6 +4,7 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <mutex>
@@ -142,12 +143,19 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
   };
   progress();
   ThreadPool pool(options.threads);
-  std::mutex mutex;  // of all below but the run itself
+  std::mutex mutex;                  // of all below but the run itself
+  std::atomic<bool> failed = false;  // the rest need not be run
   bool whole = true;
   pool.forEach(static_cast<int>(todo.size()), [&](int i) {
     const auto [row, column, seed] = todo[i];
-    const bool stopped = options.stop.stop_requested();
-    Outcome outcome = stopped ? Outcome() : table_.run(row, column, seed, options.stop);
+    if (failed) return;
+    Outcome outcome;
+    try {
+      if (!options.stop.stop_requested()) outcome = table_.run(row, column, seed, options.stop);
+    } catch (...) {
+      failed = true;
+      throw;
+    }
     const std::lock_guard lock(mutex);
     if (options.stop.stop_requested()) {  // it may have cut the run short
       whole = false;
@@ -155,7 +163,10 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
     }
     if (keep) {
       writeLine(out, todo[i], outcome);
-      if (!out.flush()) throw SystemError(fmt::format("{}: cannot be written", file.string()));
+      if (!out.flush()) {
+        failed = true;
+        throw SystemError(fmt::format("{}: cannot be written", file.string()));
+      }
     }
     outcomes_[todo[i]] = std::move(outcome);
     ++done;

@@ -51,7 +51,8 @@ Vector3d Snapshot::linearMomentum() const {
 }
 
 Vector3d Snapshot::angularMomentum() const {
-  mj_subtreeVel(model_->raw(), data_);
+  if (!has_angular_momentum_) mj_subtreeVel(model_->raw(), data_);
+  has_angular_momentum_ = true;
   return vec(data_->subtree_angmom + 3 * model_->root().value);
 }
 
@@ -222,7 +223,7 @@ void Snapshot::capture() {
     mj_rnePostConstraint(m, data_);
     for (int b = 0; b < m->nbody; ++b) joint_forces_.col(b) = vec(data_->cfrc_int + 6 * b + 3);
   }
-  has_com_velocity_ = false;  // a reset comes here too
+  has_com_velocity_ = has_angular_momentum_ = false;  // a reset comes here too
 }
 
 }  // namespace traceur::sim

@@ -86,6 +86,7 @@ class Snapshot {
   Matrix3Xd joint_forces_;
   mutable bool has_com_velocity_ = false;  // computed once per step
   mutable Vector3d com_velocity_ = Vector3d::Zero();
+  mutable bool has_angular_momentum_ = false;
   mutable Matrix3Xd momentum_;          // scratch of comVelocity
   mutable std::vector<double> factor_;  // scratch of solveInertia
   std::vector<int> ancestor_;           // the column of each entry of the inertia matrix's rows

@@ -71,7 +71,7 @@ void World::step(const Torque& torque) {
     Eigen::Map<Vector3d>(data_->qvel + root) += error;
   }
   mj_fwdVelocity(m, data_);
-  snapshot_.has_com_velocity_ = false;
+  snapshot_.has_com_velocity_ = snapshot_.has_angular_momentum_ = false;
 }
 
 void World::push(BodyId body, const Vector3d& force, const Vector3d& moment) {

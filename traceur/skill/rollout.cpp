@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -78,7 +79,8 @@ struct Runner::Impl {
   std::optional<Expression> stop;
   std::optional<Expression> achieved;
 
-  sim::Vector3d sensed_velocity = sim::Vector3d::Zero();  // of the COM [m/s]
+  bool senses_velocity = false;                           // feedback reads the COM's
+  sim::Vector3d sensed_velocity = sim::Vector3d::Zero();  // [m/s]
 
   // Scratch.
   control::JointTarget from, goal, target;
@@ -114,7 +116,9 @@ struct Runner::Impl {
     }
     const auto sensed = [&](const std::string& name) -> const double* {
       for (int axis = 0; axis < 3; ++axis) {
-        if (name == std::string("com_velocity.") + "xyz"[axis]) return &sensed_velocity[axis];
+        if (name != std::string("com_velocity.") + "xyz"[axis]) continue;
+        senses_velocity = true;
+        return &sensed_velocity[axis];
       }
       return running(name);
     };
@@ -208,8 +212,8 @@ struct Runner::Impl {
     const double done = blend > 0 ? std::min(1.0, phase_time / blend) : 1.0;
     target.q = from.q + done * (goal.q - from.q);
     const Disturbance& d = skill->disturbance;
-    sensed_velocity = s.comVelocity();
-    if (d.velocity_noise > 0) {
+    if (senses_velocity) sensed_velocity = s.comVelocity();
+    if (senses_velocity && d.velocity_noise > 0) {
       for (double& v : sensed_velocity) v += d.velocity_noise * noise.normal();
     }
     for (const BoundFeedback& f : feedback) {
@@ -258,7 +262,7 @@ struct Runner::Impl {
       recording->frames.clear();
     }
     const auto delay = static_cast<size_t>(std::lround(skill->disturbance.delay / dt));
-    noise = Random(skill->disturbance.seed);
+    noise = Random(skill->disturbance.seed, std::bit_cast<std::uint64_t>(asked));
     if (delay > 0) {  // until the first answer comes, motors do what holds the start
       tau.setZero();
       pd.addTorque(s, goal, tau);

@@ -98,9 +98,9 @@ struct Disturbance {
   double mass = 1;                 ///< factor on every mass and inertia of the robot
   std::optional<double> friction;  ///< of the ground, in place of the skill's
   double delay = 0;                ///< from a state to the torque that answers it [s], whole steps
-  double encoder_noise = 0;        ///< standard deviation, each joint and step [rad]
+  double encoder_noise = 0;        ///< of the angles PD control reads, standard deviation [rad]
   double velocity_noise = 0;       ///< of the com_velocity that feedback reads [m/s]
-  std::uint64_t seed = 1;          ///< of the noise
+  std::uint64_t seed = 1;          ///< of the noise, which differs from task to task
 };
 
 /// Immutable; shared by all threads. Expressions are checked when it is read.
