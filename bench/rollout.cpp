@@ -2,13 +2,14 @@
 // cancels: the whole rollout loop against a bare mj_step loop with the same model, time step and
 // torques; two threads against one.
 //
-//     build/release/bench/bench_rollout [SKILL.toml]
+//     build/release/bench/bench_rollout [SKILL.toml ...]        default: jump, kick and walk
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
+#include <string>
 #include <vector>
 
 #include "traceur/core/random.h"
@@ -60,10 +61,8 @@ std::vector<double> torquesOf(const skill::Skill& s, const skill::Rollout& r,
   return out;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const auto skill = skill::Skill::fromFile(argc > 1 ? argv[1] : "skills/bioloid-gp/jump.toml");
+void measure(const std::string& file) {
+  const auto skill = skill::Skill::fromFile(file);
   skill::Runner runner(skill);
   const Eigen::VectorXd x = skill->initialParameters();
   sim::Recording recording;
@@ -127,4 +126,16 @@ int main(int argc, char** argv) {
   }
   print("2 threads, rollouts/s relative to 1", threads);
   mj_deleteData(d);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<std::string> files(argv + 1, argv + argc);
+  if (files.empty()) {
+    for (const char* name : {"jump", "kick", "walk"}) {
+      files.push_back(std::string("skills/bioloid-gp/") + name + ".toml");
+    }
+  }
+  for (const std::string& file : files) measure(file);
 }

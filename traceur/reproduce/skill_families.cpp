@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "traceur/core/hash.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/family_baselines.h"
 #include "traceur/optim/minimise.h"
@@ -48,6 +49,22 @@ std::shared_ptr<const Skill> skillOf(const FamilySkill& f) {
       skill::findRobot("bioloid-gp", std::filesystem::current_path());
   const auto data = robot.parent_path().parent_path().parent_path();
   return Skill::fromFile(data / "skills" / "bioloid-gp" / (f.name + ".toml"));
+}
+
+/// The engine and, of each skill, what its initial parameters do: files that differ in their words
+/// alone have the same print.
+std::string skillPrints() {
+  std::string prints = sim::engineVersion();
+  for (const FamilySkill& f : familySkills()) {
+    const auto skill = skillOf(f);
+    const skill::Rollout r = skill::Runner(skill).run(skill->initialParameters(), f.first);
+    Hash hash;
+    for (const double x : {static_cast<double>(r.hash >> 12), r.cost, skill->target_cost}) {
+      hash.add({&x, 1});
+    }
+    prints += fmt::format(" {} {:08x}", f.name, hash.value() & 0xffffffff);
+  }
+  return prints;
 }
 
 VectorXd tasksOf(const FamilySkill& f, int count) {
@@ -299,6 +316,7 @@ Table learningTable(const std::string& name, const std::string& title,
       kPublishedBudget, kContextualBudget, kCmaBudget);
   t.center = Center::kTrimmedMean;
   t.points = "trials:cost";
+  t.made_with = skillPrints;
   for (const FamilySkill& f : familySkills()) t.rows.push_back({f.name, "", "cost"});
   for (const Learner& l : learners) t.columns.push_back({l.name, 1, 9, {}});
   t.run = [learners](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
@@ -477,6 +495,7 @@ Table figure34() {
       "others begin as in figure-32.";
   t.center = Center::kMedian;
   t.points = "task:cost";
+  t.made_with = skillPrints;
   t.rows = {{"jump", "", "trials"}};
   for (const Column34& c : kColumns34) t.columns.push_back({c.name, 1, 9, {}});
   t.run = [](int /*row*/, int column, std::uint64_t seed, const std::stop_token& stop) {
@@ -518,6 +537,7 @@ Table families() {
       kBudget, kSweep);
   t.center = Center::kMedian;
   t.points = "task:error";
+  t.made_with = skillPrints;
   for (const FamilySkill& f : familySkills()) t.rows.push_back({f.name, "", "trials"});
   t.columns = {{"contextual", 1, 9, {}}};
   t.run = [](int row, int /*column*/, std::uint64_t seed, const std::stop_token& stop) {

@@ -34,6 +34,8 @@ std::vector<Point> toPoints(const std::string& text) {
   return points;
 }
 
+constexpr std::string_view kMadeWith = ", made with ";
+
 std::string title(const Table& table) {
   return fmt::format("# traceur reproduce {}", table.name);
 }
@@ -81,8 +83,13 @@ Results Results::read(const Table& table, const std::filesystem::path& file) {
     from = to + 1;
     ++number;
     if (number == 1) {
-      if (line != title(table))
+      const size_t comma = line.find(kMadeWith);
+      if (line.substr(0, comma) != title(table)) {
         fail(fmt::format("expected \"{}\", got \"{}\"", title(table), line));
+      }
+      if (comma != std::string::npos) {
+        results.made_with_ = line.substr(comma + kMadeWith.size());
+      }
       continue;
     }
     if (number == 2) {
@@ -129,6 +136,15 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
     }
   }
 
+  if (table_.made_with && !todo.empty()) {
+    const std::string now = table_.made_with();
+    if (!outcomes_.empty() && made_with_ != now) {
+      throw InputError(fmt::format(
+          "{}: its runs were made with {}; now there is {}: give another file", file.string(),
+          made_with_.empty() ? "what it does not say" : made_with_, now));
+    }
+    made_with_ = now;
+  }
   const bool keep = !file.empty() && !todo.empty();
   std::ofstream out;
   if (keep) {
@@ -179,7 +195,8 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
 
 void Results::write(const std::filesystem::path& file) const {
   std::ostringstream text;
-  fmt::print(text, "{}\n{}\n", title(table_), header(table_));
+  fmt::print(text, "{}{}{}\n{}\n", title(table_), made_with_.empty() ? "" : kMadeWith, made_with_,
+             header(table_));
   for (const auto& [key, outcome] : outcomes_) writeLine(text, key, outcome);
   PendingFile pending(file);
   pending.write(text.str());

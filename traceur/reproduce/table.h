@@ -78,6 +78,9 @@ struct Table {
   std::string points = {};
   /// Pure, and callable from several threads. Asked to stop, it may return anything soon.
   std::function<Outcome(int row, int column, std::uint64_t seed, const std::stop_token& stop)> run;
+  /// What its runs depend on besides this program, in a few words, such as the skill files' prints;
+  /// runs made with something else are not added to. Empty: nothing.
+  std::function<std::string()> made_with = {};
   /// What the source's figure has for a cell; empty: nothing is printed of any.
   std::function<std::vector<Point>(int row, int column)> printed_points = {};
   /// The tables that are told in place of this one, made from what its runs drew; empty: itself.
@@ -91,7 +94,7 @@ const Table& findTable(std::string_view name);
 
 /// The runs made so far: (row, column, seed) → outcome, as a CSV file with the lines
 ///
-///     # traceur reproduce table-7
+///     # traceur reproduce table-7            or, with Table::made_with: …, made with jump 1a2b
 ///     row,column,seed,value,missed
 ///     Toy1,CMA-ES,1,664,0
 ///
@@ -119,6 +122,7 @@ class Results {
   /// Makes the runs that are missing, appending them to the file as they end.
   /// @param file  empty: kept in memory only
   /// @return false when it was asked to stop before the last
+  /// @throws InputError when there are runs already, made with something else
   bool run(const RunOptions& options, const std::filesystem::path& file);
 
   const Table& table() const { return table_; }
@@ -133,6 +137,7 @@ class Results {
   void writeLine(std::ostream& out, const Key& key, const Outcome& outcome) const;
 
   Table table_;
+  std::string made_with_;  // of the runs there are; "" for none
   std::map<Key, Outcome> outcomes_;
 };
 

@@ -129,6 +129,20 @@ TEST_F(TableFile, KeepsWhatRunsDrewAndRunsOnlyWhatIsWanted) {
   EXPECT_TRUE(Results::read(none, dir_ / "b.csv").outcomes().at({0, 0, 1}).points.empty());
 }
 
+TEST_F(TableFile, RunsMadeWithSomethingElseAreNotMixed) {
+  Table table = known();
+  std::string skill = "jump 1";
+  table.made_with = [&] { return skill; };
+  Results(table).run({.seeds = 1}, dir_ / "a.csv");
+  EXPECT_EQ(text(dir_ / "a.csv").substr(0, 43), "# traceur reproduce known, made with jump 1");
+  EXPECT_TRUE(Results::read(table, dir_ / "a.csv").run({.seeds = 2}, dir_ / "a.csv"));
+  skill = "jump 2";
+  Results other = Results::read(table, dir_ / "a.csv");
+  EXPECT_EQ(other.outcomes().size(), 8U);  // to look at they are as good as ever
+  EXPECT_TRUE(other.run({.seeds = 2}, dir_ / "a.csv"));
+  EXPECT_THROW(other.run({.seeds = 3}, dir_ / "a.csv"), InputError);
+}
+
 TEST_F(TableFile, ARunThatWasCutShortIsNotKept) {
   Table table = known();
   std::stop_source stop;
