@@ -1,0 +1,70 @@
+// Balancing on the bongo board: the policy, what an episode of it costs, and when it has failed
+// [Ha2015, §8.4, §8.5.1].
+#pragma once
+
+#include <string>
+
+#include "traceur/bias/bongo_board.h"
+#include "traceur/bias/dynamics_bias.h"
+
+namespace traceur::bias {
+
+/// Output feedback u = H z, clipped, z = (x_p, x_p', θ, θ', φ): the pelvis's horizontal place and
+/// speed in the world, the legs' angle and rate, the board's absolute angle [Ha2015, Eq. 57].
+///
+/// The paper's figure draws x_p from the wheel's centre; no gain was found that stabilises with
+/// that, while many do with x_p in the world, beginning at 0, as its experiments had it
+/// (linearised).
+struct BalancePolicy {
+  static constexpr int kParameters = 5;
+  static constexpr double kBound = 10;  ///< |ĥ_i| at most [Ha2015, Tab. 12]
+
+  VectorXd h = VectorXd::Zero(kParameters);  ///< H [N, N·s, N·m, N·m·s, N·m]
+  double most_torque = 100;                  ///< [N·m] [Ha2015, Tab. 12]
+
+  /// h_i = sign(ĥ_i) (exp |ĥ_i| - 1) [Ha2015, Eq. 58].
+  static BalancePolicy of(const VectorXd& parameters);
+
+  double torque(const BongoParameters& board, const BongoBoard::State& x) const;
+};
+
+/// When an episode has failed, and which readings are no use to learn from. The paper names the
+/// criteria and prints no numbers; these are the ones its experiments ran with.
+struct BalanceLimits {
+  double body_angle = 0.5;  ///< of the legs from the vertical [rad]
+  double board_angle =
+      0.3;                ///< of the board from the horizontal; beyond, it touches the ground [rad]
+  double rate = 6.2;      ///< of wheel, board and both together [rad/s]
+  double distance = 4.5;  ///< |α_w| + |α_b| + |θ| [rad]
+  double wheel_place = 0.15;  ///< |r α_w| [m]: where the paper's ground ends
+
+  /// "body angle", "board angle", "rate", "distance", "wheel place", or "" while all is well.
+  std::string failure(const BongoParameters& board, const BongoBoard::State& x) const;
+};
+
+/// Weights of the cost [Ha2015, Tab. 12]:
+///
+///     Z = c (T - t_fail) + max_t xᵀ R x + Σ_t Q u²                     [Ha2015, Eq. 56]
+struct BalanceCost {
+  int steps = 5000;      ///< T
+  double failure = 200;  ///< c, and Z_max: an episode that does not fail costs less
+  double angle = 10;     ///< R, of each angle
+  double rate = 0.1;     ///< R, of each rate
+  double torque = 1e-6;  ///< Q
+};
+
+struct Episode {
+  double cost = 0;
+  int steps = 0;        ///< until the failure, or all
+  std::string failure;  ///< "" for none
+  bool failed() const { return !failure.empty(); }
+};
+
+/// Runs a policy on a plant.
+/// @param x0   (6)
+/// @param log  when given: what was read and asked for, to the end or the failure
+Episode balance(Plant& plant, const BongoParameters& board, const BalancePolicy& policy,
+                const VectorXd& x0, const BalanceCost& cost = {}, const BalanceLimits& limits = {},
+                RunLog* log = nullptr);
+
+}  // namespace traceur::bias

@@ -1,0 +1,91 @@
+#include "traceur/bias/balance.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "traceur/bias/bongo_hardware.h"
+
+namespace traceur::bias {
+namespace {
+
+VectorXd tilted(double ab) {
+  VectorXd x = VectorXd::Zero(6);
+  x[1] = ab;
+  return x;
+}
+
+/// A gain that balances, found by others for the same model.
+BalancePolicy known() {
+  BalancePolicy policy;
+  policy.h << 10201.5, 3656.9, -2913.9, -2.8, -1870.3;
+  return policy;
+}
+
+TEST(Balance, AKnownPolicyCostsWhatItIsKnownToCost) {
+  BongoBoard board;
+  const Episode small = balance(board, {}, known(), tilted(0.00436));
+  EXPECT_FALSE(small.failed()) << small.failure;
+  EXPECT_EQ(small.steps, 5000);
+  EXPECT_NEAR(small.cost, 1.08, 0.01);
+  EXPECT_NEAR(balance(board, {}, known(), tilted(0.0175)).cost, 18.0, 0.2);
+  const Episode large = balance(board, {}, known(), tilted(0.035));
+  EXPECT_EQ(large.failure, "rate");
+  EXPECT_NEAR(large.steps, 112, 1);
+  EXPECT_GT(large.cost, 200 * (5000 - 113));
+}
+
+TEST(Balance, HoldsOnTheHardwareThatIsAsTheModelSays) {
+  BongoHardware hardware({}, {});
+  RunLog log;
+  const Episode e = balance(hardware, {}, known(), tilted(0.00436), {}, {}, &log);
+  EXPECT_FALSE(e.failed()) << e.failure << " after " << e.steps;
+  EXPECT_EQ(log.steps(), 5000);
+  EXPECT_EQ(log.x.cols(), 5001);
+  EXPECT_LE(log.u.cwiseAbs().maxCoeff(), 100);
+}
+
+TEST(Balance, EndsWhereItFailsAndSaysWhy) {
+  BongoBoard board;
+  BalancePolicy idle;
+  RunLog log;
+  const Episode e = balance(board, {}, idle, tilted(0.02), {}, {}, &log);
+  EXPECT_TRUE(e.failed());
+  EXPECT_EQ(log.steps(), e.steps);
+  const BalanceLimits limits;
+  BongoBoard::State x = BongoBoard::State::Zero();
+  EXPECT_EQ(limits.failure({}, x), "");
+  x[2] = 0.6;
+  EXPECT_EQ(limits.failure({}, x), "body angle");
+  x[2] = -0.3;
+  x[0] = 0.4;
+  EXPECT_EQ(limits.failure({}, x), "board angle");
+  x << 0, 0, 0, 4, 3, 0;
+  EXPECT_EQ(limits.failure({}, x), "rate");
+  x << 2, -2, 1, 0, 0, 0;
+  EXPECT_EQ(limits.failure({}, x), "body angle");
+  x << 3.2, -3.2, 0.1, 0, 0, 0;
+  EXPECT_EQ(limits.failure({}, x), "distance");
+  x << 2.1, -2.1, 0, 0, 0, 0;
+  x[2] = 0.1;
+  EXPECT_EQ(limits.failure({}, x), "");  // 10.5 cm from where it began
+  x << 2.2, -2.2, 0, 0, 0, 0;
+  BalanceLimits narrow;
+  narrow.wheel_place = 0.1;
+  EXPECT_EQ(narrow.failure({}, x), "wheel place");
+  x[0] = NAN;
+  EXPECT_NE(limits.failure({}, x), "");
+}
+
+TEST(Balance, ParametersMapToGainsOddlyAndSmoothly) {
+  VectorXd p(5);
+  p << 0, 1, -1, 2, -10;
+  const BalancePolicy policy = BalancePolicy::of(p);
+  EXPECT_EQ(policy.h[0], 0);
+  EXPECT_DOUBLE_EQ(policy.h[1], std::exp(1) - 1);
+  EXPECT_DOUBLE_EQ(policy.h[2], -policy.h[1]);
+  EXPECT_NEAR(policy.h[4], -22025.47, 0.01);
+}
+
+}  // namespace
+}  // namespace traceur::bias
