@@ -1,0 +1,101 @@
+#include "traceur/bias/policy_search.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlopt.hpp>
+#include <vector>
+
+#include "traceur/core/error.h"
+#include "traceur/optim/cma_es.h"
+#include "traceur/optim/minimise.h"
+
+namespace traceur::bias {
+namespace {
+
+/// Counts, remembers the best, and stands for what is no number.
+class Trials {
+ public:
+  Trials(const std::function<double(const VectorXd&)>& cost, FoundPolicy& found)
+      : cost_(cost), found_(found) {}
+
+  double operator()(const VectorXd& x) {
+    ++found_.trials;
+    const double c = cost_(x);
+    if (std::isnan(c)) return std::numeric_limits<double>::infinity();
+    if (c < found_.cost || found_.parameters.size() == 0) {
+      found_.cost = c;
+      found_.parameters = x;
+    }
+    return c;
+  }
+
+ private:
+  const std::function<double(const VectorXd&)>& cost_;
+  FoundPolicy& found_;
+};
+
+class PolishProblem : public optim::Problem {
+ public:
+  PolishProblem(Trials& trials, VectorXd lower, VectorXd upper)
+      : trials_(trials), lower_(std::move(lower)), upper_(std::move(upper)) {}
+  VectorXd lower() const override { return lower_; }
+  VectorXd upper() const override { return upper_; }
+  optim::Evaluation evaluate(const VectorXd& x) const override { return {.cost = trials_(x)}; }
+
+ private:
+  Trials& trials_;
+  VectorXd lower_, upper_;
+};
+
+}  // namespace
+
+FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, const VectorXd& lower,
+                         const VectorXd& upper, const PolicySearchOptions& o) {
+  const Eigen::Index n = lower.size();
+  if (n == 0 || upper.size() != n || !lower.allFinite() || !upper.allFinite() ||
+      !(lower.array() < upper.array()).all()) {
+    throw InputError("policy search: expected finite bounds, lower < upper");
+  }
+  if (o.warm && o.warm->size() != n) {
+    throw InputError(fmt::format("policy search: a warm start of {} parameters, expected {}",
+                                 o.warm->size(), n));
+  }
+  FoundPolicy found;
+  Trials trials(cost, found);
+  if (o.warm) trials(o.warm->cwiseMax(lower).cwiseMin(upper));
+  if (o.direct > 0 && !(found.cost <= o.good)) {
+    nlopt::opt direct(nlopt::GN_ORIG_DIRECT, static_cast<unsigned>(n));
+    direct.set_lower_bounds(std::vector<double>(lower.begin(), lower.end()));
+    direct.set_upper_bounds(std::vector<double>(upper.begin(), upper.end()));
+    direct.set_maxeval(o.direct);
+    direct.set_stopval(o.good);
+    direct.set_min_objective(
+        [](const std::vector<double>& x, std::vector<double>&, void* data) {
+          // DIRECT compares sums with costs: an infinite one would spoil them.
+          static constexpr double kWorst = 1e300;
+          return std::min(kWorst, (*static_cast<Trials*>(data))(Eigen::Map<const VectorXd>(
+                                      x.data(), static_cast<Eigen::Index>(x.size()))));
+        },
+        &trials);
+    std::vector<double> x(n);
+    for (Eigen::Index i = 0; i < n; ++i) x[i] = 0.5 * (lower[i] + upper[i]);
+    double value = 0;
+    direct.optimize(x, value);
+  }
+  if (o.polish > 0) {
+    optim::CmaEsOptions cma;
+    cma.x0 = found.parameters.size() > 0 ? found.parameters : VectorXd(0.5 * (lower + upper));
+    cma.sigma = o.polish_step;
+    cma.scale = upper - lower;
+    cma.lower = lower;
+    cma.upper = upper;
+    cma.seed = o.seed;
+    optim::CmaEs polish(cma);
+    const PolishProblem problem(trials, lower, upper);
+    optim::minimise(problem, polish, {.threads = 1, .budget = o.polish});
+  }
+  return found;
+}
+
+}  // namespace traceur::bias
