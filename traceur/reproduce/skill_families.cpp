@@ -51,17 +51,14 @@ std::shared_ptr<const Skill> skillOf(const FamilySkill& f) {
   return Skill::fromFile(data / "skills" / "bioloid-gp" / (f.name + ".toml"));
 }
 
-/// The engine and, of each skill, what its initial parameters do: files that differ in their words
-/// alone have the same print.
+/// The engine and, of each skill, a print of its file and its robot.
 std::string skillPrints() {
   std::string prints = sim::engineVersion();
   for (const FamilySkill& f : familySkills()) {
     const auto skill = skillOf(f);
-    const skill::Rollout r = skill::Runner(skill).run(skill->initialParameters(), f.first);
     Hash hash;
-    for (const double x : {static_cast<double>(r.hash >> 12), r.cost, skill->target_cost}) {
-      hash.add({&x, 1});
-    }
+    hash.add(skill->text);
+    hash.add(skill->model->mjcf());
     prints += fmt::format(" {} {:08x}", f.name, hash.value() & 0xffffffff);
   }
   return prints;
