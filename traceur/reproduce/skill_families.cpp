@@ -201,7 +201,7 @@ std::vector<Learner> learners33() {
   cma.ordinates.resize(1);
   Learner curve = curveLine();
   curve.ordinates.resize(1);
-  constexpr double kNo = kNotPrinted;
+  static constexpr double kNo = kNotPrinted;
   return {
       cma,
       {"CMA-ES 21 tasks",
