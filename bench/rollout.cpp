@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <string>
@@ -27,7 +28,7 @@ constexpr int kPairs = 15;
 double cpuSeconds() {
   timespec t;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return t.tv_sec + 1e-9 * t.tv_nsec;
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 double wallSeconds() {
@@ -49,7 +50,7 @@ void print(const char* what, const std::vector<double>& ratios) {
 std::vector<double> torquesOf(const skill::Skill& s, const skill::Rollout& r,
                               const sim::Recording& recording) {
   const int nu = s.model->nu();
-  const int steps = static_cast<int>(r.time / s.model->timeStep() + 0.5);
+  const int steps = static_cast<int>(std::lround(r.time / s.model->timeStep()));
   std::vector<double> out;
   for (int i = 0; i < steps; ++i) {
     const size_t frame =
@@ -72,13 +73,14 @@ void measure(const std::string& file) {
   mjData* d = mj_makeData(m);
 
   std::printf("%s: %d steps of %g s\n", skill->name.c_str(),
-              static_cast<int>(once.time / m->opt.timestep + 0.5), m->opt.timestep);
+              static_cast<int>(std::lround(once.time / m->opt.timestep)), m->opt.timestep);
   std::vector<double> loop;
   for (int pair = 0; pair < kPairs; ++pair) {
     // The bare loop repeats the recorded states' torques; held over 10 ms they make another motion,
     // so each frame's state is set afresh and the loop sees the same contacts as the rollout.
     double t = cpuSeconds();
-    const size_t per_frame = static_cast<size_t>(skill::Runner::kInterval / m->opt.timestep + 0.5);
+    const size_t per_frame =
+        static_cast<size_t>(std::lround(skill::Runner::kInterval / m->opt.timestep));
     size_t steps = 0;
     for (size_t f = 0; f + 1 < recording.frames.size(); ++f) {
       const sim::State& s = recording.frames[f].state;
@@ -122,7 +124,8 @@ void measure(const std::string& file) {
       seconds[n - 1] = wallSeconds() - t;
     }
     threads.push_back(seconds[0] / seconds[1]);
-    if (pair == 0) std::printf("1 thread: %.1f rollouts/s\n", trials.size() / seconds[0]);
+    if (pair == 0)
+      std::printf("1 thread: %.1f rollouts/s\n", static_cast<double>(trials.size()) / seconds[0]);
   }
   print("2 threads, rollouts/s relative to 1", threads);
   mj_deleteData(d);

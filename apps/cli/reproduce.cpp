@@ -291,13 +291,13 @@ int reproduceTable(const Arguments& a) {
     throw InputError(fmt::format("--picture: {} is no figure", table.name));
   }
   // Hours may lie between here and the picture.
-  const auto isPicture = [](const std::filesystem::path& file) {
+  const auto is_picture = [](const std::filesystem::path& file) {
     return file.extension() == ".png" || file.extension() == ".svg";
   };
-  if (!a.picture.empty() && !isPicture(a.picture)) {
+  if (!a.picture.empty() && !is_picture(a.picture)) {
     throw InputError(fmt::format("--picture {}: expected .png or .svg", a.picture));
   }
-  if (isPicture(out)) {
+  if (is_picture(out)) {
     throw InputError(
         fmt::format("--out {}: expected the name of a CSV; --picture names the figure", out));
   }

@@ -121,6 +121,7 @@ RunLog readLog(const std::filesystem::path& file, const LogFormat& format) {
   };
   const size_t time = place("time");
   std::vector<size_t> places;
+  places.reserve(wanted.size());
   for (const LogFormat::Column& c : wanted) places.push_back(place(c.name));
 
   const size_t states = format.states.size();

@@ -206,7 +206,7 @@ Fit fit(Regression& regression, const FitOptions& options) {
   start[r] = std::log(regression.kernel().signal);
   if (noisy) start[r + 1] = std::log(regression.kernel().noise);
 
-  const auto kernelOf = [&](const std::vector<double>& log) {
+  const auto kernel_of_log = [&](const std::vector<double>& log) {
     Kernel k{VectorXd(r), std::exp(log[r]), noisy ? std::exp(log[r + 1]) : 0};
     for (int j = 0; j < r; ++j) k.lengths[j] = std::exp(log[j]);
     return k;
@@ -217,7 +217,7 @@ Fit fit(Regression& regression, const FitOptions& options) {
     std::function<Kernel(const std::vector<double>&)> kernel_of;
     Fit* result;
     std::vector<double> best;
-  } work{regression, kernelOf, &result, start};
+  } work{regression, kernel_of_log, &result, start};
   result.after = result.before;
 
   nlopt::opt search(nlopt::LD_LBFGS, n);
@@ -255,7 +255,7 @@ Fit fit(Regression& regression, const FitOptions& options) {
   } catch (const std::exception&) {
     // NLopt gives up on a line search at the limits of rounding; the best so far stands.
   }
-  regression.setKernel(kernelOf(work.best));
+  regression.setKernel(kernel_of_log(work.best));
   return result;
 }
 
@@ -274,6 +274,8 @@ Predictor::Predictor(const Regression& g)
   weights_ = alpha.transpose();
 }
 
+// By value is how Eigen hands out what may be written.
+// NOLINTNEXTLINE(performance-unnecessary-value-param)
 void Predictor::mean(const Eigen::Ref<const VectorXd>& x, Eigen::Ref<VectorXd> mean,
                      Scratch& s) const {
   s.k.setZero(x_.rows());
@@ -284,6 +286,7 @@ void Predictor::mean(const Eigen::Ref<const VectorXd>& x, Eigen::Ref<VectorXd> m
   mean.noalias() = weights_ * s.k;
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param)
 double Predictor::meanAndVariance(const Eigen::Ref<const VectorXd>& x, Eigen::Ref<VectorXd> mean,
                                   Scratch& s) const {
   this->mean(x, mean, s);
