@@ -29,13 +29,14 @@ struct BalancePolicy {
 };
 
 /// When an episode has failed, and which readings are no use to learn from. The paper names the
-/// criteria and prints no numbers; these are the ones its experiments ran with.
+/// criteria and prints no numbers; these are the ones its experiments ran with. Of its criteria 1
+/// and 2 [Ha2015, §8.3.3] the board's angle stands for a board that touches the ground; that board
+/// and wheel have parted, a state does not tell, and it is not judged.
 struct BalanceLimits {
-  double body_angle = 0.5;  ///< of the legs from the vertical [rad]
-  double board_angle =
-      0.3;                ///< of the board from the horizontal; beyond, it touches the ground [rad]
-  double rate = 6.2;      ///< of wheel, board and both together [rad/s]
-  double distance = 4.5;  ///< |α_w| + |α_b| + |θ| [rad]
+  double body_angle = 0.5;    ///< of the legs from the vertical [rad]
+  double board_angle = 0.3;   ///< of the board from the horizontal [rad]; at 0.34 it touches
+  double rate = 6.2;          ///< of wheel, board and both together [rad/s]
+  double distance = 4.5;      ///< |α_w| + |α_b| + |θ| [rad]
   double wheel_place = 0.15;  ///< |r α_w| [m]: where the paper's ground ends
 
   /// "body angle", "board angle", "rate", "distance", "wheel place", or "" while all is well.

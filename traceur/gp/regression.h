@@ -41,7 +41,7 @@ class Regression {
   /// @param y  (m)
   /// @throws InputError for other sizes, for what is not finite, and for a sample so like an
   /// earlier
-  ///         one that the noise cannot tell them apart, which it names; nothing is added then
+  ///         one that the noise cannot tell the two apart; nothing is added then
   void add(const VectorXd& x, const VectorXd& y);
   /// Another kernel for the same samples, in O(N³).
   /// @throws InputError as the constructor and add; the old kernel stays then
@@ -83,8 +83,8 @@ struct Fit {
 };
 
 struct FitOptions {
-  int evaluations = 200;
-  double range = 1e3;  ///< each parameter stays within this factor of its start
+  int evaluations = 200;  ///< of the likelihood, at most [ours]
+  double range = 1e3;     ///< each parameter stays within this factor of its start [ours]
 };
 
 /// Sets the kernel to the one that makes the samples most likely, from the present one, by NLopt's

@@ -266,8 +266,7 @@ Results trialsToLevel(const Results& runs, const std::vector<Learner>& learners,
   t.name = from.name + " trials";
   t.protocol = fmt::format(
       "{} Until the mean cost is at most the median that the column \"curve\" has after {} trials; "
-      "a "
-      "run that never got there counts with its budget and as missed.",
+      "a run that never got there counts with its budget and as missed.",
       from.protocol, kPublishedBudget);
   t.center = Center::kMedian;
   t.columns = from.columns;
@@ -307,9 +306,8 @@ Table learningTable(const std::string& name, const std::string& title,
       "Skills of skills/bioloid-gp. All begin in the middle of the parameters' ranges with half of "
       "each range as standard deviation, CMA-ES at random in the inner half; contextual begins "
       "with "
-      "its default step size. {} trials, contextual {}, CMA-ES {}; a run ends before where its "
-      "cost "
-      "is a quarter of the skill's target_cost. Hours in all: --row and --column choose some.",
+      "0.2 of each range. {} trials, contextual {}, CMA-ES {}. Hours in all: --row and --column "
+      "choose some.",
       kPublishedBudget, kContextualBudget, kCmaBudget);
   t.center = Center::kTrimmedMean;
   t.points = "trials:cost";
@@ -487,8 +485,8 @@ Table figure34() {
       "The printed jump is another robot's, of human size, with five parameters: only the order of "
       "the columns can be compared. Between individually learnt tasks parameters are interpolated; "
       "each has 1600 trials on average, begins with the whole range as standard deviation and ends "
-      "at a "
-      "cost of 0.001. How many tasks the printed \"high resolution\" had is not said; ours 21. The "
+      "at a cost of 0.001. How many tasks the printed \"high resolution\" had is not said; ours "
+      "21. The "
       "others begin as in figure-32.";
   t.center = Center::kMedian;
   t.points = "task:cost";
@@ -527,10 +525,10 @@ Table families() {
       "What learn --tasks finds, tried on 51 tasks of which 6 were trained. Not in the paper.";
   t.protocol = fmt::format(
       "As `traceur learn SKILL --tasks FIRST:LAST:6 --budget {}` for each seed (trials beyond "
-      "that: it "
-      "never reached the skill's target_cost), then `traceur "
-      "perform RUN --sweep {}`: jump 0.03 to 0.08 m, kick 0.3 to 0.6 m, walk 0.0667 to 0.1333 m/s. "
-      "A task that ends in a fall has an infinite error.",
+      "that: "
+      "it never reached the skill's target_cost), then `traceur perform RUN --sweep {}`: jump 0.03 "
+      "to 0.08 m, kick 0.3 to 0.6 m, walk 0.0667 to 0.1333 m/s. A task that ends in a fall has an "
+      "infinite error.",
       kBudget, kSweep);
   t.center = Center::kMedian;
   t.points = "task:error";
