@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +11,7 @@
 #include "traceur/core/random.h"
 #include "traceur/core/thread_pool.h"
 #include "traceur/render/figure.h"
+#include "traceur/reproduce/statistics.h"
 #include "traceur/skill/rollout.h"
 
 namespace traceur::cli {
@@ -95,12 +95,6 @@ struct Count {
   std::vector<double> errors;  // of those that did not fail
 };
 
-double median(std::vector<double> x) {
-  if (x.empty()) return NAN;
-  std::sort(x.begin(), x.end());
-  return x[x.size() / 2];
-}
-
 }  // namespace
 
 int perturb(const FamilyRun& f, const PerturbOptions& o) {
@@ -176,7 +170,7 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
   }
   for (size_t k = 0; k < kinds().size(); ++k) {
     const Count& c = counts[k];
-    const double error = median(c.errors);
+    const double error = c.errors.empty() ? NAN : reproduce::median(c.errors);
     j["kinds"][kinds()[k].name] = {
         {"trials", c.trials},
         {"failed", c.failed},
