@@ -1,28 +1,13 @@
 #include "traceur/bias/bongo_board.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
 
 namespace traceur::bias {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-/// A of BongoBoard, in (α_w, φ, ψ).
-Matrix3d inertia(double k, double s, double Jw, double Jf, double Jp, double ab, double f, double p,
-                 double th) {
-  Matrix3d A;
-  A(0, 0) = Jw + 2 * k * (1 + std::cos(f));
-  A(1, 0) = A(0, 1) = k * ab * std::sin(f);
-  A(2, 0) = A(0, 2) = s * (std::cos(p) + std::cos(th));
-  A(1, 1) = Jf + k * ab * ab;
-  A(2, 1) = A(1, 2) = -s * ab * std::sin(th);
-  A(2, 2) = Jp;
-  return A;
-}
 
 }  // namespace
 
@@ -46,6 +31,16 @@ BongoBoard::BongoBoard(const BongoParameters& p, double time_step) : p_(p), time
   Jp_ = 2 * rod(m1, l1) + m1 * l1 * l1 / 2 + 2 * m2 * l1 * l1;
 }
 
+BongoBoard::Inertia BongoBoard::inertia(double ab, double sf, double cf, double cp, double st,
+                                        double ct) const {
+  return {.a11 = Jw_ + 2 * k_ * (1 + cf),
+          .a12 = k_ * ab * sf,
+          .a13 = s_ * (cp + ct),
+          .a22 = Jf_ + k_ * ab * ab,
+          .a23 = -s_ * ab * st,
+          .a33 = Jp_};
+}
+
 Vector3d BongoBoard::acceleration(const State& x, double torque) const {
   const double ab = x[1];
   const double th = x[2];
@@ -59,12 +54,7 @@ Vector3d BongoBoard::acceleration(const State& x, double torque) const {
   const double st = std::sin(th), ct = std::cos(th);
   const double g = p_.gravity;
 
-  const double a11 = Jw_ + 2 * k_ * (1 + cf);
-  const double a12 = k_ * ab * sf;
-  const double a13 = s_ * (cp + ct);
-  const double a22 = Jf_ + k_ * ab * ab;
-  const double a23 = -s_ * ab * st;
-  const double a33 = Jp_;
+  const auto [a11, a12, a13, a22, a23, a33] = inertia(ab, sf, cf, cp, st, ct);
   const double h1 =
       k_ * (sf * vf * vf - 2 * sf * va * vf + ab * (1 + cf) * vf * vf) - s_ * (sp + st) * vp * vp;
   const double h2 = k_ * ab * (vf * vf - 2 * va * vf) - s_ * ab * ct * vp * vp;
@@ -107,9 +97,12 @@ double BongoBoard::energy(const State& x) const {
   const double f = x[0] + ab;
   const double p = f + x[2];
   const Vector3d v(x[3], x[3] + x[4], x[3] + x[4] + x[5]);
-  const Matrix3d A = inertia(k_, s_, Jw_, Jf_, Jp_, ab, f, p, x[2]);
+  const auto [a11, a12, a13, a22, a23, a33] =
+      inertia(ab, std::sin(f), std::cos(f), std::cos(p), std::sin(x[2]), std::cos(x[2]));
+  const double kinetic = 0.5 * (a11 * v[0] * v[0] + a22 * v[1] * v[1] + a33 * v[2] * v[2]) +
+                         a12 * v[0] * v[1] + a13 * v[0] * v[2] + a23 * v[1] * v[2];
   const double height = p_.wheel_radius * (std::cos(f) + ab * std::sin(f) - 1);
-  return 0.5 * v.dot(A * v) + p_.gravity * (mass_ * height + S_ * (std::cos(p) - 1));
+  return kinetic + p_.gravity * (mass_ * height + S_ * (std::cos(p) - 1));
 }
 
 BongoPose poseOf(const BongoParameters& q, const BongoBoard::State& x) {

@@ -60,6 +60,12 @@ class BongoBoard : public Plant {
   const BongoParameters& parameters() const { return p_; }
 
  private:
+  /// The entries of A, from α_b and the sines and cosines of φ, ψ and θ.
+  struct Inertia {
+    double a11, a12, a13, a22, a23, a33;
+  };
+  Inertia inertia(double ab, double sf, double cf, double cp, double st, double ct) const;
+
   BongoParameters p_;
   double time_step_;
   // Constants of A: see the .cpp.
