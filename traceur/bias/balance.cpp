@@ -16,8 +16,10 @@ BalancePolicy BalancePolicy::of(const VectorXd& parameters) {
 }
 
 double BalancePolicy::torque(const BongoParameters& board, const BongoBoard::State& x) const {
-  const double u = h[0] * poseOf(board, x).pelvis.x() + h[1] * pelvisVelocity(board, x) +
-                   h[2] * x[2] + h[3] * x[5] + h[4] * (x[0] + x[1]);
+  const double rolled = from_wheel ? board.wheel_radius : 0;  // the wheel's centre is at -r α_w
+  const double place = poseOf(board, x).pelvis.x() + rolled * x[0];
+  const double speed = pelvisVelocity(board, x) + rolled * x[3];
+  const double u = h[0] * place + h[1] * speed + h[2] * x[2] + h[3] * x[5] + h[4] * (x[0] + x[1]);
   return std::clamp(u, -most_torque, most_torque);
 }
 
@@ -50,8 +52,7 @@ Episode balance(Plant& plant, const BongoParameters& board, const BalancePolicy&
     const BongoBoard::State x = plant.state();
     episode.failure = limits.failure(board, x);
     if (episode.failed()) break;
-    farthest = std::max(
-        farthest, cost.angle * x.head<3>().squaredNorm() + cost.rate * x.tail<3>().squaredNorm());
+    farthest = std::max(farthest, cost.of(x));
     u[0] = policy.torque(board, x);
     effort += cost.torque * u[0] * u[0];
     plant.step(u);

@@ -10,17 +10,19 @@
 namespace traceur::bias {
 
 /// Output feedback u = H z, clipped, z = (x_p, x_p', θ, θ', φ): the pelvis's horizontal place and
-/// speed in the world, the legs' angle and rate, the board's absolute angle [Ha2015, Eq. 57].
+/// speed, the legs' angle and rate, the board's absolute angle [Ha2015, Eq. 57].
 ///
-/// The paper's figure draws x_p from the wheel's centre; no gain was found that stabilises with
-/// that, while many do with x_p in the world, beginning at 0, as its experiments had it
-/// (linearised).
+/// x_p counts from the wheel's centre [Ha2015, Fig. 38b]. Then nothing tells the policy where the
+/// wheel has rolled to, which balances all the same: moved aside, board and robot stand as before.
+/// Gains of about a thousand do; with x_p in the world they must be ten times as large, and the
+/// least of the published noises is enough to make such a policy fall.
 struct BalancePolicy {
   static constexpr int kParameters = 5;
   static constexpr double kBound = 10;  ///< |ĥ_i| at most [Ha2015, Tab. 12]
 
   VectorXd h = VectorXd::Zero(kParameters);  ///< H [N, N·s, N·m, N·m·s, N·m]
   double most_torque = 100;                  ///< [N·m] [Ha2015, Tab. 12]
+  bool from_wheel = true;                    ///< false: x_p in the world, from where it began
 
   /// h_i = sign(ĥ_i) (exp |ĥ_i| - 1) [Ha2015, Eq. 58].
   static BalancePolicy of(const VectorXd& parameters);
@@ -52,6 +54,11 @@ struct BalanceCost {
   double angle = 10;     ///< R, of each angle
   double rate = 0.1;     ///< R, of each rate
   double torque = 1e-6;  ///< Q
+
+  /// xᵀ R x.
+  double of(const BongoBoard::State& x) const {
+    return angle * x.head<3>().squaredNorm() + rate * x.tail<3>().squaredNorm();
+  }
 };
 
 struct Episode {

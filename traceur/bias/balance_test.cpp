@@ -19,6 +19,7 @@ VectorXd tilted(double ab) {
 BalancePolicy known() {
   BalancePolicy policy;
   policy.h << 10201.5, 3656.9, -2913.9, -2.8, -1870.3;
+  policy.from_wheel = false;
   return policy;
 }
 

@@ -1,55 +1,75 @@
 #include "traceur/bias/bias_loop.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace traceur::bias {
 
+ModelLearner biasLearner(std::function<std::unique_ptr<Plant>()> model, BiasOptions options,
+                         std::function<bool(const VectorXd& x)> keep) {
+  return [model = std::move(model), options = std::move(options), keep = std::move(keep)](
+             const std::vector<RunLog>& logs, int) {
+    std::vector<BiasSample> samples;
+    const std::unique_ptr<Plant> nominal = model();
+    for (const RunLog& log : logs) {
+      const auto seen = samplesOf(log, *nominal, options, keep);
+      samples.insert(samples.end(), seen.begin(), seen.end());
+    }
+    std::vector<std::unique_ptr<Plant>> models;
+    if (samples.empty()) {
+      models.push_back(model());
+    } else {
+      models.push_back(std::make_unique<CorrectedPlant>(
+          model(), std::make_shared<const DynamicsBias>(spread(samples, options), options)));
+    }
+    return models;
+  };
+}
+
+FoundPolicy searchOnModels(const BiasTask& task, const ModelLearner& learner,
+                           const std::vector<RunLog>& logs, int iteration, const VectorXd& warm,
+                           PolicySearchOptions options) {
+  const std::vector<std::unique_ptr<Plant>> models = learner(logs, iteration);
+  options.seed += iteration;
+  if (warm.size() > 0) options.warm = warm;
+  const auto cost = [&](const VectorXd& parameters) {
+    double worst = -std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < task.starts.size(); ++i) {
+      for (const auto& model : models) {
+        worst = std::max(worst, task.run(*model, parameters, task.starts[i]));
+      }
+      if (!(worst < task.success)) {
+        return worst + task.most * static_cast<double>(task.starts.size() - 1 - i);
+      }
+    }
+    return worst;
+  };
+  return searchPolicy(cost, task.lower, task.upper, options);
+}
+
 BiasLearned learnWithBias(
-    const BiasTask& task,
+    const BiasTask& task, const ModelLearner& learner,
     const std::function<PlantRun(const VectorXd& parameters, int number)>& plant,
     const BiasLoopOptions& o) {
   BiasLearned learned;
-  std::vector<BiasSample> samples;
-  std::shared_ptr<const DynamicsBias> bias;
-  const std::unique_ptr<Plant> model = task.model();
-
-  const auto search = [&](int iteration) {
-    CorrectedPlant corrected(task.model(), bias);
-    PolicySearchOptions options = o.search;
-    options.seed += iteration;
-    if (o.warm && learned.parameters.size() > 0) options.warm = learned.parameters;
-    const auto cost = [&](const VectorXd& parameters) {
-      double worst = -std::numeric_limits<double>::infinity();
-      for (const VectorXd& x0 : task.starts) {
-        worst = std::max(worst, task.run(corrected, parameters, x0, nullptr));
-      }
-      return worst;
-    };
-    return searchPolicy(cost, task.lower, task.upper, options);
-  };
-
+  std::vector<RunLog> logs;
   for (int i = 0; i < o.iterations && !learned.solved; ++i) {
+    const VectorXd warm = o.warm ? learned.parameters : VectorXd();
     BiasIteration iteration;
-    iteration.samples = bias ? bias->samples() : 0;
-    iteration.policy = search(i);
-    if (!(iteration.policy.cost < task.success) && bias) {
+    iteration.policy = searchOnModels(task, learner, logs, i, warm, o.search);
+    const double hidden = task.most * static_cast<double>(task.starts.size() - 1);
+    if (!(iteration.policy.cost < task.success + hidden) && !logs.empty()) {
       iteration.cleared = true;
-      samples.clear();
-      bias.reset();
-      iteration.policy = search(i);
+      logs.clear();
+      iteration.policy = searchOnModels(task, learner, logs, i, warm, o.search);
     }
     learned.parameters = iteration.policy.parameters;
     learned.solved = true;
     for (int r = 0; r < o.runs; ++r) {
-      const PlantRun run = plant(learned.parameters, learned.plant_runs++);
+      PlantRun run = plant(learned.parameters, learned.plant_runs++);
       iteration.costs.push_back(run.cost);
       learned.solved = learned.solved && run.cost < task.success;
-      if (!o.learns_bias) continue;
-      const auto seen = samplesOf(run.log, *model, o.bias, task.keep);
-      samples.insert(samples.end(), seen.begin(), seen.end());
-    }
-    if (!samples.empty()) {
-      bias = std::make_shared<const DynamicsBias>(spread(samples, o.bias), o.bias);
+      logs.push_back(std::move(run.log));
     }
     learned.iterations.push_back(std::move(iteration));
   }

@@ -11,19 +11,29 @@
 
 namespace traceur::bias {
 
+/// Makes models of a plant from what was seen of it; the policy search runs a policy on each, and
+/// the worst counts.
+/// @param logs       of all runs that count, none at first
+/// @param iteration  from 0
+using ModelLearner = std::function<std::vector<std::unique_ptr<Plant>>(
+    const std::vector<RunLog>& logs, int iteration)>;
+
+/// The model corrected by its bias, or alone while there are no samples.
+/// @param model  makes a new model of the plant
+/// @param keep   whether a reading is of use to learn from
+ModelLearner biasLearner(std::function<std::unique_ptr<Plant>()> model, BiasOptions options,
+                         std::function<bool(const VectorXd& x)> keep);
+
 /// What is to be learned, as far as the loop need know.
 struct BiasTask {
-  /// A new model of the plant.
-  std::function<std::unique_ptr<Plant>()> model;
   VectorXd lower, upper;  ///< bounds of the policy's parameters
-  /// Runs a policy on a plant from an initial state.
-  /// @param log  when given: what was seen
-  /// @return its cost
-  std::function<double(Plant& plant, const VectorXd& parameters, const VectorXd& x0, RunLog* log)>
-      run;
-  std::vector<VectorXd> starts;  ///< from which the policy search runs the model; the worst counts
-  std::function<bool(const VectorXd& x)> keep;  ///< whether a reading is of use to learn from
-  double success = 0;                           ///< Z_max: a run has succeeded at a lower cost
+  /// Runs a policy on a plant from an initial state, and tells its cost.
+  std::function<double(Plant& plant, const VectorXd& parameters, const VectorXd& x0)> run;
+  /// From which the policy search runs the models, the easiest first; the worst counts. One that
+  /// does not succeed hides those after it, so that a search climbs from start to start [ours].
+  std::vector<VectorXd> starts;
+  double success = 0;  ///< Z_max: a run has succeeded at a lower cost
+  double most = 0;     ///< what no run costs more than; each hidden start counts so much
 };
 
 /// One run of the plant itself, whoever makes it: a simulator, a machine, a person with a file.
@@ -35,17 +45,14 @@ struct PlantRun {
 struct BiasLoopOptions {
   int iterations = 10;  ///< N_out at most
   int runs = 2;         ///< of the plant, in each iteration; all must succeed
-  BiasOptions bias;
   PolicySearchOptions search;
-  bool warm = true;         ///< a search begins where the last one ended [ours]
-  bool learns_bias = true;  ///< false: the control, which only searches again
+  bool warm = true;  ///< a search begins where the last one ended [ours]
 };
 
 struct BiasIteration {
   FoundPolicy policy;
   std::vector<double> costs;  ///< of the plant's runs
-  int samples = 0;            ///< behind the bias the policy was found with
-  bool cleared = false;       ///< no good policy was found with that bias, which was given up
+  bool cleared = false;       ///< no policy was found with the logs, which were given up
 };
 
 struct BiasLearned {
@@ -55,13 +62,20 @@ struct BiasLearned {
   int plant_runs = 0;
 };
 
-/// Searches a policy on the model, tries it on the plant, learns from the difference, and again
-/// until every run of an iteration succeeds. Where no policy succeeds on the corrected model, the
-/// samples are cleared and the search begins anew on the model alone, before a run of the plant is
-/// spent; the printed algorithm spends it.
+/// The policy that costs least on the models that the logs teach.
+/// @param iteration  from 0, for the seed
+/// @param warm       a policy to begin with, or empty
+FoundPolicy searchOnModels(const BiasTask& task, const ModelLearner& learner,
+                           const std::vector<RunLog>& logs, int iteration, const VectorXd& warm,
+                           PolicySearchOptions options);
+
+/// Searches a policy on the models, tries it on the plant, learns from the logs, and again until
+/// every run of an iteration succeeds. Where no policy succeeds on the models from even the first
+/// start, the logs are given up and the search begins anew, before a run of the plant is spent; the
+/// printed algorithm spends it.
 /// @param plant  runs a policy; `number` counts its runs from 0
 BiasLearned learnWithBias(
-    const BiasTask& task,
+    const BiasTask& task, const ModelLearner& learner,
     const std::function<PlantRun(const VectorXd& parameters, int number)>& plant,
     const BiasLoopOptions& options);
 

@@ -41,7 +41,7 @@ BongoBoard::Inertia BongoBoard::inertia(double ab, double sf, double cf, double 
           .a33 = Jp_};
 }
 
-Vector3d BongoBoard::acceleration(const State& x, double torque) const {
+Vector3d BongoBoard::acceleration(const State& x, double torque, double board_moment) const {
   const double ab = x[1];
   const double th = x[2];
   const double f = x[0] + ab;
@@ -61,7 +61,7 @@ Vector3d BongoBoard::acceleration(const State& x, double torque) const {
   const double h3 = s_ * (2 * st * va * vf + (ab * ct - st) * vf * vf);
   const double weight = g * k_ / p_.wheel_radius;  // m g r
   const double b1 = weight * sf - h1;
-  const double b2 = -torque - h2 - weight * ab * cf;
+  const double b2 = board_moment - torque - h2 - weight * ab * cf;
   const double b3 = torque - h3 + g * S_ * sp;
 
   // Cramer's rule: A is symmetric, small and far from singular.
@@ -78,11 +78,11 @@ Vector3d BongoBoard::acceleration(const State& x, double torque) const {
   return {wa, wf - wa, wp - wf};
 }
 
-BongoBoard::State BongoBoard::stepped(const State& x, double torque) const {
+BongoBoard::State BongoBoard::stepped(const State& x, double torque, double board_moment) const {
   const double h = time_step_;
   const auto rate = [&](const State& at) {
     State d;
-    d << at.tail<3>(), acceleration(at, torque);
+    d << at.tail<3>(), acceleration(at, torque, board_moment);
     return d;
   };
   const State k1 = rate(x);

@@ -51,9 +51,10 @@ class BongoBoard : public Plant {
   const VectorXd& state() const override { return x_; }
 
   /// (α_w'', α_b'', θ'') [rad/s²].
-  Eigen::Vector3d acceleration(const State& x, double torque) const;
+  /// @param board_moment  on the board from outside the mechanism [N·m]
+  Eigen::Vector3d acceleration(const State& x, double torque, double board_moment = 0) const;
   /// The state a time step later.
-  State stepped(const State& x, double torque) const;
+  State stepped(const State& x, double torque, double board_moment = 0) const;
   /// Kinetic and potential, 0 at rest at the top of the wheel [J].
   double energy(const State& x) const;
 

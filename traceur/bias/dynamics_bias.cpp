@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,20 +18,60 @@ VectorXd inputOf(const VectorXd& x, const VectorXd& u, const BiasOptions& o) {
   return input.cwiseProduct(o.input_scale);
 }
 
+std::vector<Eigen::Index> learnedOf(const BiasOptions& o) {
+  std::vector<Eigen::Index> learned;
+  for (Eigen::Index i = 0; i < o.output_scale.size(); ++i) {
+    if (o.output_scale[i] != 0) learned.push_back(i);
+  }
+  return learned;
+}
+
 gp::Regression regressionOf(const std::vector<BiasSample>& samples, const BiasOptions& o) {
   if (o.input_scale.size() != o.kernel.lengths.size()) {
     throw InputError(fmt::format("bias: {} scales of inputs, but the kernel has {} lengths",
                                  o.input_scale.size(), o.kernel.lengths.size()));
   }
-  gp::Regression regression(o.kernel, static_cast<int>(o.output_scale.size()));
+  const std::vector<Eigen::Index> learned = learnedOf(o);
+  gp::Regression regression(o.kernel, static_cast<int>(learned.size()));
   for (const BiasSample& s : samples) {
     if (s.x.size() + s.u.size() != o.input_scale.size() ||
         s.difference.size() != o.output_scale.size()) {
       throw InputError("bias: a sample of another size than the scales");
     }
-    regression.add(inputOf(s.x, s.u, o), s.difference.cwiseProduct(o.output_scale));
+    regression.add(inputOf(s.x, s.u, o),
+                   VectorXd(s.difference.cwiseProduct(o.output_scale))(learned));
   }
+  if (o.fit > 0) gp::fit(regression, {.evaluations = o.fit});
   return regression;
+}
+
+/// Where the model goes from x0 with `bias` added in each step.
+VectorXd wentTo(Plant& model, const VectorXd& x0, const MatrixXd& u, const VectorXd& bias) {
+  model.reset(x0);
+  VectorXd x;
+  for (Eigen::Index i = 0; i < u.cols(); ++i) {
+    model.step(u.col(i));
+    x = model.state() + bias;
+    model.reset(x);
+  }
+  return x;
+}
+
+VectorXd constantBias(Plant& model, const VectorXd& x0, const MatrixXd& u, const VectorXd& x1,
+                      const std::vector<Eigen::Index>& learned) {
+  const auto n = static_cast<Eigen::Index>(learned.size());
+  VectorXd bias = VectorXd::Zero(x0.size());
+  const VectorXd alone = wentTo(model, x0, u, bias);
+  static constexpr double kSmall = 1e-6;
+  MatrixXd S(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    bias[learned[i]] = kSmall;
+    S.col(i) = VectorXd(wentTo(model, x0, u, bias) - alone)(learned) / kSmall;
+    bias[learned[i]] = 0;
+  }
+  const VectorXd missed = VectorXd(x1 - alone)(learned);
+  bias(learned) = VectorXd(S.partialPivLu().solve(missed));
+  return bias;
 }
 
 }  // namespace
@@ -49,17 +90,25 @@ std::vector<BiasSample> samplesOf(const RunLog& log, Plant& model, const BiasOpt
     throw InputError(fmt::format("bias: a log of steps of {} s; the model's are {} s",
                                  log.time_step, model.timeStep()));
   }
+  const std::vector<Eigen::Index> learned = learnedOf(o);
   std::vector<BiasSample> samples;
   const int k = o.average;
+  const Eigen::Index m = log.u.rows();
   for (int t = 0; t + k <= log.steps(); t += o.stride) {
     bool good = true;
     for (int i = t; i <= t + k && good; ++i) good = keep(log.x.col(i));
     if (!good) continue;
-    model.reset(log.x.col(t));
-    for (int i = t; i < t + k; ++i) model.step(log.u.col(i));
-    samples.push_back({log.x.middleCols(t, k).rowwise().mean(),
-                       log.u.middleCols(t, k).rowwise().mean(),
-                       (log.x.col(t + k) - model.state()) / k});
+    VectorXd u(m * static_cast<Eigen::Index>(1 + o.lags.size()));
+    u.head(m) = log.u.middleCols(t, k).rowwise().mean();
+    for (size_t l = 0; l < o.lags.size(); ++l) {
+      const int from = std::max(0, t - o.lags[l]);
+      const int count = std::max(0, t + k - o.lags[l] - from);
+      u.segment(m * static_cast<Eigen::Index>(1 + l), m) =
+          log.u.middleCols(from, count).rowwise().sum() / k;
+    }
+    samples.push_back(
+        {log.x.middleCols(t, k).rowwise().mean(), std::move(u),
+         constantBias(model, log.x.col(t), log.u.middleCols(t, k), log.x.col(t + k), learned)});
   }
   return samples;
 }
@@ -87,6 +136,8 @@ std::vector<BiasSample> spread(const std::vector<BiasSample>& samples, const Bia
 
 DynamicsBias::DynamicsBias(const std::vector<BiasSample>& samples, BiasOptions options)
     : options_(std::move(options)),
+      learned_(learnedOf(options_)),
+      unscale_(VectorXd(options_.output_scale(learned_)).cwiseInverse()),
       regression_(regressionOf(samples, options_)),
       predictor_(regression_) {}
 
@@ -96,36 +147,57 @@ double DynamicsBias::predict(const VectorXd& x, const VectorXd& u, VectorXd& dif
   s.input.resize(n + u.size());
   s.input.head(n) = x.cwiseProduct(options_.input_scale.head(n));
   s.input.tail(u.size()) = u.cwiseProduct(options_.input_scale.tail(u.size()));
-  difference.resize(n);
-  const double variance = predictor_.meanAndVariance(s.input, difference, s.gp);
-  // The outputs share a kernel, so all n variances are this one.
-  const double weight = std::exp(-options_.decay * static_cast<double>(n) * variance * variance);
-  difference = weight * difference.cwiseQuotient(options_.output_scale);
+  s.output.resize(unscale_.size());
+  const double variance = predictor_.meanAndVariance(s.input, s.output, s.gp);
+  // The outputs share a kernel, so all their variances are this one.
+  const auto m = static_cast<double>(unscale_.size());
+  const double weight = std::exp(-options_.decay * m * variance * variance);
+  difference.setZero(n);
+  for (Eigen::Index i = 0; i < unscale_.size(); ++i) {
+    difference[learned_[i]] = weight * s.output[i] * unscale_[i];
+  }
   return weight;
 }
 
 VectorXd explained(const DynamicsBias& bias, const std::vector<BiasSample>& samples) {
-  VectorXd left, whole, g;
+  const std::vector<Eigen::Index> learned = learnedOf(bias.options());
+  VectorXd left = VectorXd::Zero(static_cast<Eigen::Index>(learned.size()));
+  VectorXd whole = left;
+  VectorXd g;
   DynamicsBias::Scratch scratch;
   for (const BiasSample& s : samples) {
     bias.predict(s.x, s.u, g, scratch);
-    if (whole.size() == 0) left = whole = VectorXd::Zero(g.size());
-    whole += s.difference.cwiseAbs2();
-    left += (s.difference - g).cwiseAbs2();
+    whole += VectorXd(s.difference(learned)).cwiseAbs2();
+    left += VectorXd((s.difference - g)(learned)).cwiseAbs2();
   }
   return VectorXd::Ones(whole.size()) - left.cwiseQuotient(whole);
 }
 
 CorrectedPlant::CorrectedPlant(std::unique_ptr<Plant> model,
                                std::shared_ptr<const DynamicsBias> bias)
-    : model_(std::move(model)), bias_(std::move(bias)) {}
+    : model_(std::move(model)), bias_(std::move(bias)) {
+  const std::vector<int>& lags = bias_->options().lags;
+  const int longest = lags.empty() ? 0 : *std::max_element(lags.begin(), lags.end());
+  past_ = MatrixXd::Zero(model_->inputs(), longest + 1);
+  u_.resize(model_->inputs() * static_cast<Eigen::Index>(1 + lags.size()));
+}
+
+void CorrectedPlant::reset(const VectorXd& x) {
+  model_->reset(x);
+  past_.setZero();
+}
 
 void CorrectedPlant::step(const VectorXd& u) {
-  if (!bias_) {
-    model_->step(u);
-    return;
+  const Eigen::Index m = u.size();
+  past_.col(now_) = u;
+  u_.head(m) = u;
+  const std::vector<int>& lags = bias_->options().lags;
+  for (size_t l = 0; l < lags.size(); ++l) {
+    u_.segment(m * static_cast<Eigen::Index>(1 + l), m) =
+        past_.col((now_ + past_.cols() - lags[l]) % past_.cols());
   }
-  bias_->predict(model_->state(), u, difference_, scratch_);
+  now_ = (now_ + 1) % past_.cols();
+  bias_->predict(model_->state(), u_, difference_, scratch_);
   model_->step(u);
   x_ = model_->state() + difference_;
   model_->reset(x_);

@@ -23,12 +23,20 @@ struct RunLog {
 };
 
 struct BiasOptions {
-  /// (n + m) what the regression's inputs, state then input, are multiplied by; (n) its outputs.
-  VectorXd input_scale, output_scale;
+  /// Besides the input of now, those of so many steps ago are inputs of the regression, so that a
+  /// plant that answers late is no noise [ours].
+  std::vector<int> lags;
+  /// What the regression's inputs, (x, u, u of each lag), are multiplied by.
+  VectorXd input_scale;
+  /// (n) What the differences are multiplied by. One of 0 is not learned and stays 0: of a
+  /// mechanism, models get forces wrong, which change rates, and that places follow rates they know
+  /// [ours].
+  VectorXd output_scale;
   gp::Kernel kernel;
-  /// A sample is the mean discrepancy of so many steps. 1 is the printed one-step difference
-  /// [Ha2015, Eq. 54], which of a plant with contacts is mostly their jitter; 10 and more average
-  /// it away [ours].
+  /// Evaluations of the likelihood to fit the kernel to the samples, 0: it stays as it is.
+  int fit = 0;
+  /// A sample is the difference over so many steps. 1 is the printed one-step difference, which of
+  /// a plant with contacts is mostly their jitter; 10 and more average it away [ours].
   int average = 20;
   int stride = 40;   ///< steps from one sample to the next
   int most = 120;    ///< samples kept of all runs, those farthest from each other
@@ -38,16 +46,19 @@ struct BiasOptions {
 /// A sample: in state x, given u, the plant moved by `difference` more in a step than the model.
 struct BiasSample {
   VectorXd x;           ///< (n)
-  VectorXd u;           ///< (m)
-  VectorXd difference;  ///< (n), of one step
+  VectorXd u;           ///< (m (1 + lags)), of now, then of each lag; 0 before a run
+  VectorXd difference;  ///< (n), of one step; 0 where it is not learned
 };
 
-/// The mean one-step differences of a run, of k = options.average steps each:
+/// The differences of a run over k = options.average steps each: the constant Δ that, added to the
+/// model's state in each of them, takes it where the plant went. With Φ_k(Δ) the k steps of the
+/// model from the reading x_t under u_t … u_{t+k-1},
 ///
-///     Δ_t = (x_{t+k} - Φ_k(x_t, u_t … u_{t+k-1})) / k
+///     Δ = S⁻¹ (x_{t+k} - Φ_k(0)),   S = ∂Φ_k/∂Δ at 0, by differences
 ///
-/// where Φ_k are k steps of the model from the reading x_t. The sample's x and u are the means over
-/// its steps.
+/// in the components that are learned. For k = 1 it is x_{t+1} - Φ_1 [Ha2015, Eq. 54]. The sample's
+/// x and u are the means over its steps.
+/// @param model  has no state besides x
 /// @param keep  whether a reading may be used; a sample needs all of its own
 /// @throws InputError for a log of another plant's sizes or time step
 std::vector<BiasSample> samplesOf(const RunLog& log, Plant& model, const BiasOptions& options,
@@ -59,7 +70,7 @@ std::vector<BiasSample> spread(const std::vector<BiasSample>& samples, const Bia
 
 /// g of [Ha2015, Eq. 55]: the regression's mean, weighted by how sure it is,
 ///
-///     g(x, u) = exp(-d |v|²) mean(x, u),   v the variances of the n outputs
+///     g(x, u) = exp(-d |v|²) mean(x, u),   v the variances of the outputs
 ///
 /// so that far from all samples the model stands as it is.
 class DynamicsBias {
@@ -68,12 +79,14 @@ class DynamicsBias {
   DynamicsBias(const std::vector<BiasSample>& samples, BiasOptions options);
 
   int samples() const { return regression_.size(); }
+  const BiasOptions& options() const { return options_; }
   const gp::Regression& regression() const { return regression_; }
 
   struct Scratch {
-    VectorXd input;
+    VectorXd input, output;
     gp::Predictor::Scratch gp;
   };
+  /// @param u           (m (1 + lags)) as BiasSample's
   /// @param difference  (n) written: what a step adds to the model's
   /// @return the weight exp(-d |v|²) that is in it already
   double predict(const VectorXd& x, const VectorXd& u, VectorXd& difference,
@@ -81,24 +94,25 @@ class DynamicsBias {
 
  private:
   BiasOptions options_;
+  std::vector<Eigen::Index> learned_;
+  VectorXd unscale_;  // of the outputs
   gp::Regression regression_;
   gp::Predictor predictor_;
 };
 
-/// How much of the differences' variance a bias explains, R² by output: 1 - Σ(Δ - g)² / ΣΔ².
-/// Measured against no correction at all, not against a mean.
+/// How much of the differences' variance a bias explains, R² of each component that is learned,
+/// in their order: 1 - Σ(Δ - g)² / ΣΔ². Measured against no correction at all, not against a mean.
 VectorXd explained(const DynamicsBias& bias, const std::vector<BiasSample>& samples);
 
 /// A model with its bias: x_{t+1} = f(x_t, u_t) + g(x_t, u_t) [Ha2015, Eq. 50].
 class CorrectedPlant : public Plant {
  public:
-  /// @param bias  null: the model alone
   CorrectedPlant(std::unique_ptr<Plant> model, std::shared_ptr<const DynamicsBias> bias);
 
   int states() const override { return model_->states(); }
   int inputs() const override { return model_->inputs(); }
   double timeStep() const override { return model_->timeStep(); }
-  void reset(const VectorXd& x) override { model_->reset(x); }
+  void reset(const VectorXd& x) override;
   void step(const VectorXd& u) override;
   const VectorXd& state() const override { return model_->state(); }
 
@@ -106,7 +120,9 @@ class CorrectedPlant : public Plant {
   std::unique_ptr<Plant> model_;
   std::shared_ptr<const DynamicsBias> bias_;
   DynamicsBias::Scratch scratch_;
-  VectorXd difference_, x_;
+  MatrixXd past_;  // (m x longest lag + 1), a ring
+  Eigen::Index now_ = 0;
+  VectorXd difference_, x_, u_;
 };
 
 }  // namespace traceur::bias

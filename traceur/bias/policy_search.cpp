@@ -13,6 +13,9 @@
 namespace traceur::bias {
 namespace {
 
+/// From a round's seed to the next one's: far from the seeds of other searches.
+constexpr std::uint64_t kRoundSeeds = 1'000'003;
+
 /// Counts, remembers the best, and stands for what is no number.
 class Trials {
  public:
@@ -83,17 +86,18 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
     double value = 0;
     direct.optimize(x, value);
   }
-  if (o.polish > 0) {
+  const PolishProblem problem(trials, lower, upper);
+  for (int round = 0; o.polish > 0 && round < o.rounds; ++round) {
     optim::CmaEsOptions cma;
     cma.x0 = found.parameters.size() > 0 ? found.parameters : VectorXd(0.5 * (lower + upper));
     cma.sigma = o.polish_step;
     cma.scale = upper - lower;
     cma.lower = lower;
     cma.upper = upper;
-    cma.seed = o.seed;
+    cma.seed = o.seed + kRoundSeeds * static_cast<std::uint64_t>(round);
     optim::CmaEs polish(cma);
-    const PolishProblem problem(trials, lower, upper);
     optim::minimise(problem, polish, {.threads = 1, .budget = o.polish});
+    if (found.cost < o.success) break;
   }
   return found;
 }

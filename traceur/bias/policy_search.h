@@ -17,10 +17,13 @@ struct PolicySearchOptions {
   int direct = 1000;
   /// A cost at which DIRECT may stop.
   double good = -std::numeric_limits<double>::infinity();
-  /// Trials for CMA-ES from the best found, 0 for none; the paper has none.
+  /// Trials of a round of CMA-ES from the best found, 0 for none; the paper has none.
   int polish = 0;
   double polish_step = 0.02;  ///< its first standard deviation, as a fraction of each range [ours]
-  std::uint64_t seed = 1;     ///< of CMA-ES; DIRECT draws nothing
+  /// A round that ends with no cost below this is followed by another, anew from the best.
+  double success = std::numeric_limits<double>::infinity();
+  int rounds = 5;          ///< at most [ours]
+  std::uint64_t seed = 1;  ///< of CMA-ES; DIRECT draws nothing
   /// Where an earlier search ended: where it costs at most `good`, DIRECT is left out.
   std::optional<VectorXd> warm = {};
 };

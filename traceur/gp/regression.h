@@ -93,16 +93,17 @@ struct FitOptions {
 Fit fit(Regression& regression, const FitOptions& options = {});
 
 /// A regression made ready for many predictions: constant, callable from several threads with a
-/// scratch each.
+/// scratch each. It computes in single precision, which is twice as fast; means and variances are
+/// right to about 1e-5 of α and α² while σ is at least a hundredth of α.
 class Predictor {
  public:
   explicit Predictor(const Regression& regression);
 
   struct Scratch {
-    VectorXd k, v;
+    Eigen::VectorXf x, k, v, mean;
   };
   int size() const { return static_cast<int>(x_.rows()); }
-  int outputs() const { return static_cast<int>(weights_.rows()); }
+  int outputs() const { return static_cast<int>(weights_.cols()); }
 
   /// @param x     (r)
   /// @param mean  (m), written
@@ -112,11 +113,11 @@ class Predictor {
                          Scratch& scratch) const;
 
  private:
-  double signal2_;
+  float signal2_;
   VectorXd inverse_lengths_;
-  MatrixXd x_;        // (N x r), each input divided by its length
-  MatrixXd weights_;  // (m x N) Y K⁻¹
-  MatrixXd inverse_;  // (N x N) L⁻¹, lower
+  Eigen::MatrixXf x_;        // (N x r), each input divided by its length
+  Eigen::MatrixXf weights_;  // (N x m) K⁻¹ Yᵀ
+  Eigen::MatrixXf inverse_;  // (N x N) L⁻¹, lower
 };
 
 }  // namespace traceur::gp

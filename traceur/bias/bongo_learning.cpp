@@ -1,0 +1,281 @@
+#include "traceur/bias/bongo_learning.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "traceur/bias/faulty_bongo_board.h"
+#include "traceur/bias/noisy_plant.h"
+#include "traceur/core/error.h"
+#include "traceur/core/random.h"
+#include "traceur/core/text.h"
+#include "traceur/core/toml.h"
+
+namespace traceur::bias {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kFirstTilt = 0.25 * kDegree;  // the paper's only start of the model
+
+// Streams of a seed.
+constexpr std::uint64_t kStarts = 1;
+constexpr std::uint64_t kTries = 2;
+constexpr std::uint64_t kFaults = 3;
+
+size_t indexOf(std::string_view name, const std::vector<std::string>& names, const char* what) {
+  const auto at = std::find(names.begin(), names.end(), name);
+  if (at == names.end()) {
+    throw InputError(fmt::format("{} \"{}\": there is none of this name.{} There is: {}", what,
+                                 name, didYouMean(name, names), join(names)));
+  }
+  return static_cast<size_t>(at - names.begin());
+}
+
+BongoModelFaults randomFaults(Random& random) {
+  // As wide as the biases the controls are compared on, and a little more [ours].
+  BongoModelFaults faults;
+  faults.inertia_scale = random.uniform(0.75, 1.35);
+  faults.delay = random.uniform(0, 0.008);
+  faults.coulomb_friction = random.uniform(0, 3);
+  faults.com_offset = random.uniform(-0.003, 0.003);
+  return faults;
+}
+
+}  // namespace
+
+const std::vector<std::string>& bongoMethods() {
+  static const std::vector<std::string> kNames = {"bias", "published", "identify", "randomise",
+                                                  "none"};
+  return kNames;
+}
+
+BongoMethod bongoMethod(std::string_view name) {
+  return static_cast<BongoMethod>(indexOf(name, bongoMethods(), "method"));
+}
+
+const std::vector<std::string>& bongoSearches() {
+  static const std::vector<std::string> kNames = {"starts", "published"};
+  return kNames;
+}
+
+BongoSearch bongoSearch(std::string_view name) {
+  return static_cast<BongoSearch>(indexOf(name, bongoSearches(), "search"));
+}
+
+BongoMachine readBongoMachine(const std::filesystem::path& file) {
+  const TomlValue document = parseToml(readFile(file), file.string());
+  Diagnostics diagnostics(file.string());
+  const TomlReader top(document, diagnostics);
+  BongoMachine machine;
+  machine.start_angle = kDegree * top.number("start_angle", machine.start_angle / kDegree);
+  if (!(machine.start_angle >= 0 && machine.start_angle <= 0.1)) {
+    top.fail("start_angle", "expected 0 to 5.7 degrees");
+  }
+  const TomlReader table = top.table("faults");
+  BongoFaults& f = machine.faults;
+  struct Field {
+    const char* key;
+    double* value;
+    double least, most;
+  };
+  const std::array<Field, 12> fields = {{{"inertia_scale", &f.inertia_scale, 0.1, 10},
+                                         {"torque_variance", &f.torque_variance, 0, 1e4},
+                                         {"angle_variance", &f.angle_variance, 0, 1},
+                                         {"rate_variance", &f.rate_variance, 0, 100},
+                                         {"delay", &f.delay, 0, 0.5},
+                                         {"coulomb_friction", &f.coulomb_friction, 0, 100},
+                                         {"viscous_friction", &f.viscous_friction, 0, 100},
+                                         {"com_offset", &f.com_offset, -0.1, 0.1},
+                                         {"torque_gain", &f.torque_gain, 0, 10},
+                                         {"encoder_step", &f.encoder_step, 0, 0.1},
+                                         {"ground_friction", &f.ground_friction, 0, 10},
+                                         {"board_friction", &f.board_friction, 0, 10}}};
+  for (const Field& field : fields) {
+    *field.value = table.number(field.key, *field.value);
+    if (!(*field.value >= field.least && *field.value <= field.most)) {
+      table.fail(field.key,
+                 fmt::format("expected {} to {}, got {}", field.least, field.most, *field.value));
+    }
+  }
+  table.finish();
+  top.finish();
+  diagnostics.throwIfAny();
+  return machine;
+}
+
+BongoBoard::State bongoStart(double wheel_angle, double board_angle) {
+  BongoBoard::State x = BongoBoard::State::Zero();
+  x[0] = wheel_angle;
+  x[1] = board_angle;
+  return x;
+}
+
+BiasTask bongoTask(const BongoLearning& o) {
+  BiasTask task;
+  task.lower = VectorXd::Constant(BalancePolicy::kParameters, -BalancePolicy::kBound);
+  task.upper = -task.lower;
+  task.run = [board = o.board](Plant& plant, const VectorXd& parameters, const VectorXd& x0) {
+    return balance(plant, board, BalancePolicy::of(parameters), x0).cost;
+  };
+  task.starts = {bongoStart(0, kFirstTilt)};
+  if (o.search == BongoSearch::kStarts) {
+    // The corners in which wheel and board lean the same way are the hard ones [Ha2015, Fig. 42].
+    for (const double part : {0.6, 1.0}) {
+      for (const double sign : {1.0, -1.0}) {
+        const double angle = sign * part * o.start_angle;
+        task.starts.push_back(bongoStart(angle, angle));
+      }
+    }
+  }
+  task.success = BalanceCost().failure;
+  task.most = BalanceCost().failure * (BalanceCost().steps + 1);
+  return task;
+}
+
+BiasOptions bongoBias(BongoMethod method) {
+  BiasOptions o;
+  const bool published = method == BongoMethod::kPublished;
+  if (published) {
+    o.average = 1;
+  } else {
+    o.lags = {5, 10};  // [ours] so that delays of up to 10 ms can be told
+  }
+  const auto lags = static_cast<Eigen::Index>(o.lags.size());
+  // Of its experiments: 0.1 of each rate and, for 20 N·m, 0.05 of the torque; for 100 N·m 0.01.
+  o.input_scale.resize(7 + lags);
+  o.input_scale << VectorXd::Ones(3), VectorXd::Constant(3, 0.1),
+      VectorXd::Constant(1 + lags, 0.01);
+  o.output_scale.resize(6);
+  if (published) {
+    o.output_scale << VectorXd::Ones(3), VectorXd::Constant(3, 0.1);
+  } else {
+    o.output_scale << VectorXd::Zero(3), VectorXd::Constant(3, 100);  // differences of about 0.01
+  }
+  o.kernel = {VectorXd::Ones(7 + lags), 1, std::exp(-2.0)};  // [Ha2015, Tab. 12]
+  return o;
+}
+
+bool bongoKeeps(const VectorXd& x) {
+  return std::abs(x[0] + x[1] + x[2]) <= 0.7 && x.head<3>().lpNorm<1>() <= 4.5;
+}
+
+ModelLearner bongoLearner(const BongoLearning& o) {
+  using Models = std::vector<std::unique_ptr<Plant>>;
+  const BongoParameters board = o.board;
+  const auto nominal = [board] { return std::make_unique<BongoBoard>(board); };
+  const BiasOptions options = bongoBias(o.method);
+  // The models with the noise that the logs show.
+  const auto noisy = [nominal, seed = o.seed](const std::vector<RunLog>& logs, Models models) {
+    BongoBoard model = *nominal();
+    const VectorXd noise = readingNoise(logs, model, bongoKeeps);
+    if (noise.isZero()) return models;
+    for (auto& plant : models) {
+      plant = std::make_unique<NoisyPlant>(std::move(plant), noise, seed);
+    }
+    return models;
+  };
+  switch (o.method) {
+    case BongoMethod::kBias:
+      return [noisy, nominal, options](const std::vector<RunLog>& logs, int iteration) {
+        BiasOptions here = options;
+        BongoBoard model = *nominal();
+        const VectorXd noise = readingNoise(logs, model, bongoKeeps);
+        // Both ends of a difference have it.
+        here.kernel.noise =
+            std::hypot(here.kernel.noise, std::sqrt(2 * noise.tail<3>().mean()) / here.average *
+                                              here.output_scale.tail<3>().mean());
+        return noisy(logs, biasLearner(nominal, here, bongoKeeps)(logs, iteration));
+      };
+    case BongoMethod::kPublished:
+      return biasLearner(nominal, options, bongoKeeps);
+    case BongoMethod::kIdentify:
+      return [noisy, board, options](const std::vector<RunLog>& logs, int) {
+        Models models;
+        models.push_back(
+            std::make_unique<FaultyBongoBoard>(board, identify(logs, board, options, bongoKeeps)));
+        return noisy(logs, std::move(models));
+      };
+    case BongoMethod::kRandomise:
+      return [board, seed = o.seed](const std::vector<RunLog>&, int iteration) {
+        static constexpr int kModels = 4;  // [ours]
+        Models models;
+        Random random(seed, kFaults, static_cast<std::uint64_t>(iteration));
+        for (int i = 0; i < kModels; ++i) {
+          models.push_back(std::make_unique<FaultyBongoBoard>(board, randomFaults(random)));
+        }
+        return models;
+      };
+    case BongoMethod::kNone:
+      break;
+  }
+  return [nominal](const std::vector<RunLog>&, int) {
+    Models models;
+    models.push_back(nominal());
+    return models;
+  };
+}
+
+BiasLoopOptions bongoLoop(const BongoLearning& o) {
+  BiasLoopOptions loop;
+  loop.iterations = o.iterations;
+  loop.runs = o.runs;
+  loop.search.seed = 1000 * o.seed;  // each iteration adds one
+  if (o.search == BongoSearch::kStarts) {
+    const BiasTask task = bongoTask(o);
+    // The first start balanced: the others are CMA-ES's.
+    loop.search.good = task.success + task.most * static_cast<double>(task.starts.size() - 1);
+    loop.search.polish = 300;
+    loop.search.polish_step = 0.05;
+    loop.search.success = task.success;
+  } else {
+    loop.warm = false;
+  }
+  return loop;
+}
+
+double costOf(const RunLog& log, const BongoParameters& board, const BalanceCost& cost,
+              const BalanceLimits& limits) {
+  double farthest = 0;
+  double effort = 0;
+  int steps = 0;
+  for (; steps < std::min(cost.steps, log.steps()); ++steps) {
+    const BongoBoard::State x = log.x.col(steps);
+    if (!limits.failure(board, x).empty()) break;
+    farthest = std::max(farthest, cost.of(x));
+    effort += cost.torque * log.u.col(steps).squaredNorm();
+  }
+  return cost.failure * (cost.steps - steps) + farthest + effort;
+}
+
+PlantRun runMachine(const BongoMachine& machine, const BongoParameters& board,
+                    const VectorXd& parameters, std::uint64_t seed, int number) {
+  Random random(seed, kStarts, static_cast<std::uint64_t>(number));
+  const double wheel = random.uniform(-machine.start_angle, machine.start_angle);
+  const double tilt = random.uniform(-machine.start_angle, machine.start_angle);
+  BongoHardware hardware(board, machine.faults, random.bits());
+  PlantRun run;
+  run.cost = balance(hardware, board, BalancePolicy::of(parameters), bongoStart(wheel, tilt), {},
+                     {}, &run.log)
+                 .cost;
+  return run;
+}
+
+int successes(const BongoMachine& machine, const BongoParameters& board, const VectorXd& parameters,
+              int count, std::uint64_t seed) {
+  int good = 0;
+  for (int i = 0; i < count; ++i) {
+    Random random(seed, kTries, static_cast<std::uint64_t>(i));
+    const double wheel = random.uniform(-machine.start_angle, machine.start_angle);
+    const double tilt = random.uniform(-machine.start_angle, machine.start_angle);
+    BongoHardware hardware(board, machine.faults, random.bits());
+    if (!balance(hardware, board, BalancePolicy::of(parameters), bongoStart(wheel, tilt))
+             .failed()) {
+      ++good;
+    }
+  }
+  return good;
+}
+
+}  // namespace traceur::bias

@@ -1,0 +1,95 @@
+// The bongo board as a case of the loop: which hardware, which search, and what is learned from its
+// logs [Ha2015, §8.5].
+#pragma once
+
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <string_view>
+
+#include "traceur/bias/balance.h"
+#include "traceur/bias/bias_loop.h"
+#include "traceur/bias/bongo_hardware.h"
+
+namespace traceur::bias {
+
+/// What is made of the logs.
+enum class BongoMethod {
+  kBias,       ///< the model's bias, and the noise of the readings
+  kPublished,  ///< as printed: one-step differences, all six of them, no noise, no earlier torques
+  kIdentify,   ///< a control: inertia, delay, friction and COM offset by least squares, and the
+               ///< noise
+  kRandomise,  ///< a control: nothing; the models have random faults (domain randomisation)
+  kNone,       ///< a control: nothing; the model stays as it is
+};
+
+/// "bias", "published", "identify", "randomise", "none".
+const std::vector<std::string>& bongoMethods();
+/// @throws InputError with the names there are for one there is not
+BongoMethod bongoMethod(std::string_view name);
+
+/// How a policy is searched on a model.
+enum class BongoSearch {
+  kStarts,     ///< DIRECT until the board tilted by 0.25 degrees is balanced, then CMA-ES over five
+               ///< starts; begins where the last search ended
+  kPublished,  ///< DIRECT alone, 1000 trials from 0.25 degrees [Ha2015, Tab. 12]
+};
+
+/// "starts", "published".
+const std::vector<std::string>& bongoSearches();
+/// @throws InputError as bongoMethod
+BongoSearch bongoSearch(std::string_view name);
+
+/// A simulated machine and where it begins.
+struct BongoMachine {
+  BongoFaults faults;
+  /// α_w and α_b are uniform in ± this [rad]. The paper prints none. From two degrees most policies
+  /// fail on their own model [ours].
+  double start_angle = 0.5 * std::numbers::pi / 180;
+};
+
+/// Reads
+///
+///     start_angle = 0.5          # deg
+///     [faults]
+///     inertia_scale = 1.2        # and any other field of BongoFaults
+///
+/// Angles in degrees, the rest in BongoFaults' units; what is left out is without fault.
+/// @throws InputError naming file, line and key
+BongoMachine readBongoMachine(const std::filesystem::path& file);
+
+struct BongoLearning {
+  BongoParameters board;                            ///< of the model
+  double start_angle = BongoMachine().start_angle;  ///< that the policy is to balance from [rad]
+  BongoMethod method = BongoMethod::kBias;
+  BongoSearch search = BongoSearch::kStarts;
+  int iterations = 10;
+  int runs = 2;
+  std::uint64_t seed = 1;
+};
+
+/// @param angle  of the wheel and of the board [rad]; legs upright on it, at rest
+BongoBoard::State bongoStart(double wheel_angle, double board_angle);
+
+BiasTask bongoTask(const BongoLearning& options);
+ModelLearner bongoLearner(const BongoLearning& options);
+BiasLoopOptions bongoLoop(const BongoLearning& options);
+/// What a method that learns a bias learns it with.
+BiasOptions bongoBias(BongoMethod method);
+/// Whether a reading is of use to learn from: the data filters of [Ha2015, §8.3.3] that a single
+/// reading can be judged by, with the numbers of its experiments.
+bool bongoKeeps(const VectorXd& x);
+
+/// Cost of a run that was seen: as balance() would have counted it.
+double costOf(const RunLog& log, const BongoParameters& board, const BalanceCost& cost = {},
+              const BalanceLimits& limits = {});
+
+/// A run of the machine from the start that (seed, number) draws.
+PlantRun runMachine(const BongoMachine& machine, const BongoParameters& board,
+                    const VectorXd& parameters, std::uint64_t seed, int number);
+
+/// Of `count` random starts, how many a policy balances from for five seconds.
+int successes(const BongoMachine& machine, const BongoParameters& board, const VectorXd& parameters,
+              int count, std::uint64_t seed);
+
+}  // namespace traceur::bias

@@ -1,0 +1,104 @@
+#include "traceur/bias/bongo_learning.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "traceur/core/error.h"
+
+namespace traceur::bias {
+namespace {
+
+class BongoMachineFile : public testing::Test {
+ protected:
+  BongoMachine read(const std::string& text) {
+    std::ofstream(file_) << text;
+    return readBongoMachine(file_);
+  }
+  std::string messageOf(const std::string& text) {
+    try {
+      read(text);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+
+  std::filesystem::path file_ = std::filesystem::temp_directory_path() / "traceur-machine.toml";
+};
+
+TEST_F(BongoMachineFile, HasEveryFaultByName) {
+  const BongoMachine m = read(R"(
+start_angle = 1
+[faults]
+inertia_scale = 1.2
+torque_variance = 0.1
+angle_variance = 1e-6
+rate_variance = 1e-3
+delay = 0.005
+coulomb_friction = 2
+viscous_friction = 3
+com_offset = 0.002
+torque_gain = 0.9
+encoder_step = 3.1e-5
+ground_friction = 0.3
+board_friction = 0.8
+)");
+  EXPECT_NEAR(m.start_angle, 0.01745, 1e-5);
+  EXPECT_EQ(m.faults.inertia_scale, 1.2);
+  EXPECT_EQ(m.faults.rate_variance, 1e-3);
+  EXPECT_EQ(m.faults.board_friction, 0.8);
+  EXPECT_EQ(read("").faults.inertia_scale, 1);
+}
+
+TEST_F(BongoMachineFile, SaysWhatIsWrongAndWhere) {
+  EXPECT_NE(messageOf("[faults]\ndelays = 1\n").find(":2:"), std::string::npos);
+  EXPECT_NE(messageOf("[faults]\ndelays = 1\n").find("delay"), std::string::npos);
+  EXPECT_NE(messageOf("[faults]\ndelay = -1\n").find("expected 0 to 0.5"), std::string::npos);
+  EXPECT_NE(messageOf("start_angle = \"far\"\n").find("number"), std::string::npos);
+}
+
+TEST(BongoLearning, NamesThatThereAreNotAreRefusedWithThoseThereAre) {
+  EXPECT_EQ(bongoMethod("identify"), BongoMethod::kIdentify);
+  EXPECT_EQ(bongoSearch("published"), BongoSearch::kPublished);
+  EXPECT_THROW(bongoMethod("magic"), InputError);
+  EXPECT_THROW(bongoSearch("magic"), InputError);
+}
+
+TEST(BongoLearning, ACostCanBeToldFromALogAlone) {
+  BongoMachine machine;
+  machine.faults.delay = 0.005;
+  machine.start_angle = 0.02;
+  VectorXd parameters = VectorXd::Zero(5);
+  for (int number = 0; number < 3; ++number) {
+    const PlantRun run = runMachine(machine, {}, parameters, 4, number);
+    EXPECT_EQ(run.cost, costOf(run.log, {})) << number;
+    EXPECT_EQ(run.cost, runMachine(machine, {}, parameters, 4, number).cost);
+    parameters[number] = 3;
+  }
+}
+
+/// Without faults every method's models are of use from the first, and no logs change nothing.
+TEST(BongoLearning, EveryMethodMakesModels) {
+  for (const std::string& name : bongoMethods()) {
+    BongoLearning o;
+    o.method = bongoMethod(name);
+    const ModelLearner learner = bongoLearner(o);
+    BongoMachine machine;
+    machine.faults.inertia_scale = 1.2;
+    const std::vector<RunLog> logs = {runMachine(machine, {}, VectorXd::Zero(5), 1, 0).log};
+    for (const auto& seen : {std::vector<RunLog>(), logs}) {
+      const auto models = learner(seen, 0);
+      ASSERT_FALSE(models.empty()) << name;
+      for (const auto& model : models) {
+        model->reset(bongoStart(0, 0.004));
+        model->step(VectorXd::Zero(1));
+        EXPECT_TRUE(model->state().allFinite()) << name;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace traceur::bias
