@@ -287,7 +287,8 @@ int reproduceTable(const Arguments& a) {
   Interrupt interrupt;  // before any other thread
   Results results(table);
   if (a.no_run || std::filesystem::exists(out)) results = Results::read(table, out);
-  if (!a.picture.empty() && table.points.empty()) {
+  const bool figure = !table.points.empty() && table.figure;
+  if (!a.picture.empty() && !figure) {
     throw InputError(fmt::format("--picture: {} is no figure", table.name));
   }
   // Hours may lie between here and the picture.
@@ -335,7 +336,7 @@ int reproduceTable(const Arguments& a) {
   }
   if (a.json) fmt::print("{}\n", (table.readings ? json : json["tables"][0]).dump(2));
   std::string picture = a.picture;
-  if (picture.empty() && !table.points.empty() && !a.no_run) {
+  if (picture.empty() && figure && !a.no_run) {
     picture = std::filesystem::path(out).replace_extension(".png").string();
   }
   if (!picture.empty()) drawPoints(results, picture);
@@ -370,7 +371,7 @@ void addReproduce(CLI::App& program, int& exit_code) {
   verb->add_option("--column", a->columns, "Run only these columns")->delimiter(',');
   verb->add_option(
       "--picture", a->picture,
-      "Of figure-32 to 34 and families: the figure, .png or .svg; default beside --out");
+      "Of figure-32 to 34, families and table-13: the figure, .png or .svg; default beside --out");
   verb->add_flag("--no-run", a->no_run, "Only sum up what the CSV has");
   auto* json = verb->add_flag("--json", a->json, "Print one JSON object");
   verb->add_flag("--markdown", a->markdown, "Print a Markdown section")->excludes(json);

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "traceur/reproduce/bongo.h"
 #include "traceur/reproduce/constrained_anchors.h"
 #include "traceur/reproduce/skill_families.h"
 #include "traceur/reproduce/table.h"
@@ -139,6 +140,8 @@ const std::vector<Table>& allTables() {
       figure32(),
       figure33(),
       figure34(),
+      table13(),
+      bongoFaults(),
   };
   return kAll;
 }

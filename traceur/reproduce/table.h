@@ -76,6 +76,7 @@ struct Table {
   Center center = Center::kMean;
   /// "trials:cost": what Outcome::points are; empty for a table without.
   std::string points = {};
+  bool figure = true;  ///< whether points are there to be drawn
   /// Pure, and callable from several threads. Asked to stop, it may return anything soon.
   std::function<Outcome(int row, int column, std::uint64_t seed, const std::stop_token& stop)> run;
   /// What its runs depend on besides this program, in a few words, such as the skill files' prints;

@@ -1,0 +1,364 @@
+// traceur balance: learn to balance on a bongo board that is not quite as its model says.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/balance_pictures.h"
+#include "apps/cli/interrupt.h"
+#include "apps/cli/verbs.h"
+#include "traceur/bias/bongo_learning.h"
+#include "traceur/bias/noisy_plant.h"
+#include "traceur/bias/policy_file.h"
+#include "traceur/bias/run_log_file.h"
+#include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
+#include "traceur/core/text.h"
+#include "traceur/core/toml.h"
+
+namespace traceur::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using Eigen::VectorXd;
+
+struct Arguments {
+  std::string hardware;
+  std::string method = "bias";
+  std::string search = "starts";
+  std::vector<std::string> data;
+  std::string policy;
+  std::string warm;
+  std::string out;
+  std::string map;
+  std::string strip;
+  double angle = 0;
+  int iterations = 10;
+  int runs = 2;
+  int starts = 100;
+  std::uint64_t seed = 1;
+  bool quiet = false;
+  bool json = false;
+};
+
+bias::BongoMachine machineOf(const Arguments& a) {
+  return a.hardware.empty() ? bias::BongoMachine() : bias::readBongoMachine(a.hardware);
+}
+
+bias::BongoLearning learningOf(const Arguments& a, double start_angle) {
+  bias::BongoLearning o;
+  o.start_angle = start_angle;
+  o.method = bias::bongoMethod(a.method);
+  o.search = bias::bongoSearch(a.search);
+  o.iterations = a.iterations;
+  o.runs = a.runs;
+  o.seed = a.seed;
+  return o;
+}
+
+std::string wordsOf(const VectorXd& parameters) {
+  const auto h = bias::BalancePolicy::of(parameters).h;
+  return fmt::format("H = ({:.4g}, {:.4g}, {:.4g}, {:.4g}, {:.4g})", h[0], h[1], h[2], h[3], h[4]);
+}
+
+/// What this folder's runs were made with. A folder holds one learning.
+void claim(const fs::path& folder, const Arguments& a, const bias::BongoMachine& machine) {
+  const bias::BongoFaults& f = machine.faults;
+  const std::string now =
+      Json{{"format", "traceur balance"},
+           {"version", 1},
+           {"method", a.method},
+           {"search", a.search},
+           {"runs", a.runs},
+           {"seed", a.seed},
+           {"start_angle", machine.start_angle},
+           {"faults",
+            {f.inertia_scale, f.torque_variance, f.angle_variance, f.rate_variance, f.delay,
+             f.coulomb_friction, f.viscous_friction, f.com_offset, f.torque_gain, f.encoder_step,
+             f.ground_friction, f.board_friction}}}
+          .dump(2) +
+      "\n";
+  const fs::path file = folder / "learning.json";
+  if (fs::exists(file)) {
+    if (readFile(file) == now) return;
+    throw InputError(
+        fmt::format("{}: begun with another machine, method, search, runs or seed. "
+                    "Choose another --out or remove the folder",
+                    file.string()));
+  }
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed) throw SystemError(fmt::format("{}: {}", folder.string(), failed.message()));
+  PendingFile pending(file);
+  pending.write(now);
+  pending.commit();
+}
+
+/// Thrown through the loop by a run that is not to be made any more.
+struct Stopped {};
+
+int learn(const Arguments& a) {
+  Interrupt interrupt;
+  const bias::BongoMachine machine = machineOf(a);
+  const bias::BongoLearning o = learningOf(a, machine.start_angle);
+  const fs::path folder = a.out.empty() ? fmt::format("runs/balance-seed{}", a.seed) : a.out;
+  claim(folder, a, machine);
+  const bool talks = !a.quiet && !a.json;
+  const bias::LogFormat format = bias::bongoLogFormat();
+  int recorded = 0;
+
+  const auto run = [&](const VectorXd& parameters, int number) {
+    const int iteration = number / o.runs + 1;
+    const fs::path policy = folder / fmt::format("policy-{:02}.json", iteration);
+    const fs::path file = folder / fmt::format("run-{:02}-{}.csv", iteration, number % o.runs + 1);
+    if (number % o.runs == 0) {
+      if (fs::exists(policy)) {
+        if (bias::readPolicy(policy) != parameters) {
+          throw InputError(fmt::format(
+              "{}: another policy than this program finds from the logs before it: a log was "
+              "changed, or another version wrote it",
+              policy.string()));
+        }
+      } else {
+        bias::writePolicy(policy, parameters);
+      }
+      if (talks) fmt::print("iteration {}  {}\n", iteration, wordsOf(parameters));
+    }
+    bias::PlantRun made;
+    const bool there = fs::exists(file);
+    if (there) {
+      made.log = bias::readLog(file, format);
+      made.cost = bias::costOf(made.log, o.board);
+      ++recorded;
+    } else {
+      if (interrupt.token().stop_requested()) throw Stopped();
+      made = bias::runMachine(machine, o.board, parameters, a.seed, number);
+      bias::writeLog(file, made.log, format);
+    }
+    if (talks) {
+      fmt::print("  run {}{}: {:.2f} s, cost {:.4g}\n", number + 1, there ? " (recorded)" : "",
+                 1e-3 * made.log.steps(), made.cost);
+      std::fflush(stdout);
+    }
+    return made;
+  };
+
+  bias::BiasLearned learned;
+  try {
+    learned =
+        bias::learnWithBias(bias::bongoTask(o), bias::bongoLearner(o), run, bias::bongoLoop(o));
+  } catch (const Stopped&) {
+    fmt::print(stderr, "stopped; the same command goes on\n");
+    return kInterrupted;
+  }
+  const int good = bias::successes(machine, o.board, learned.parameters, a.starts, a.seed);
+  const fs::path last = folder / fmt::format("policy-{:02}.json", learned.iterations.size());
+  if (a.json) {
+    Json j{{"solved", learned.solved},
+           {"iterations", learned.iterations.size()},
+           {"hardware_runs", learned.plant_runs},
+           {"balanced_starts", good},
+           {"starts", a.starts},
+           {"policy", last.string()}};
+    for (const bias::BiasIteration& i : learned.iterations) {
+      j["costs"].push_back({{"model", i.policy.cost},
+                            {"search_trials", i.policy.trials},
+                            {"logs_given_up", i.cleared},
+                            {"hardware", i.costs}});
+    }
+    fmt::print("{}\n", j.dump(2));
+  } else if (!a.quiet) {
+    fmt::print(
+        "{} after {} iterations, {} runs of the machine{}\n"
+        "balances from {} of {} random starts\npolicy {}\n",
+        learned.solved ? "solved" : "not solved", learned.iterations.size(), learned.plant_runs,
+        recorded > 0 ? fmt::format(" ({} recorded)", recorded) : "", good, a.starts, last.string());
+  }
+  return learned.solved ? kDone : kFailed;
+}
+
+int fit(const Arguments& a) {
+  const bias::BongoMachine machine;
+  const bias::BongoLearning o =
+      learningOf(a, a.angle > 0 ? a.angle * std::numbers::pi / 180 : machine.start_angle);
+  std::vector<bias::RunLog> logs;
+  for (const std::string& file : a.data) {
+    logs.push_back(bias::readLog(file, bias::bongoLogFormat()));
+  }
+  bias::BongoBoard model(o.board);
+  const bias::BiasOptions options = bias::bongoBias(o.method);
+  std::vector<bias::BiasSample> train, test;
+  for (size_t l = 0; l < logs.size(); ++l) {
+    if (std::abs(logs[l].time_step - model.timeStep()) > 1e-9) {
+      throw InputError(fmt::format("{}: steps of {} s; the model's are {} s", a.data[l],
+                                   logs[l].time_step, model.timeStep()));
+    }
+    const auto samples = bias::samplesOf(logs[l], model, options, bias::bongoKeeps);
+    for (size_t i = 0; i < samples.size(); ++i) (i % 3 == 1 ? test : train).push_back(samples[i]);
+  }
+  static constexpr size_t kFewest = 10;  // [ours]
+  if (!logs.empty() && train.size() + test.size() < kFewest) {
+    throw InputError(fmt::format(
+        "--data: {} usable samples in {} logs, expected at least {}. A sample is {} readings in "
+        "which legs and board lean by less than 0.7 rad",
+        train.size() + test.size(), logs.size(), kFewest, options.average + 1));
+  }
+  const VectorXd warm = a.warm.empty() ? VectorXd() : bias::readPolicy(a.warm);
+  bias::BiasLoopOptions loop = bias::bongoLoop(o);
+  const bias::FoundPolicy found =
+      bias::searchOnModels(bias::bongoTask(o), bias::bongoLearner(o), logs,
+                           static_cast<int>(logs.size()) / o.runs, warm, loop.search);
+  const std::string out = a.out.empty() ? "policy.json" : a.out;
+  bias::writePolicy(out, found.parameters);
+
+  VectorXd explained;
+  if (!test.empty() && !train.empty()) {
+    explained = bias::explained(bias::DynamicsBias(bias::spread(train, options), options), test);
+  }
+  const VectorXd noise = bias::readingNoise(logs, model, bias::bongoKeeps);
+  const double success = bias::BalanceCost().failure;
+  if (a.json) {
+    Json j{{"logs", logs.size()},
+           {"samples", train.size() + test.size()},
+           {"model_cost", found.cost},
+           {"balances_on_model", found.cost < success},
+           {"search_trials", found.trials},
+           {"noise_variances", std::vector<double>(noise.begin(), noise.end())},
+           {"held_out_r2", std::vector<double>(explained.begin(), explained.end())},
+           {"policy", out}};
+    fmt::print("{}\n", j.dump(2));
+    return kDone;
+  }
+  if (a.quiet) return kDone;
+  fmt::print("{} logs, {} samples\n", logs.size(), train.size() + test.size());
+  if (explained.size() > 0) {
+    fmt::print("explained of a third held out, R2 by component:");
+    for (const double r : explained) fmt::print(" {:.3f}", r);
+    fmt::print("\nnoise of the readings, standard deviations: {:.2g} rad, {:.2g} rad/s\n",
+               std::sqrt(noise.head<3>().mean()), std::sqrt(noise.tail<3>().mean()));
+  }
+  fmt::print("{}\n{} on the model in {} trials\npolicy {}\n", wordsOf(found.parameters),
+             found.cost < success ? fmt::format("balances at a cost of {:.4g}", found.cost)
+                                  : "does not balance from every start",
+             found.trials, out);
+  return kDone;
+}
+
+int evaluate(const Arguments& a) {
+  bias::BongoMachine machine = machineOf(a);
+  if (a.angle > 0) machine.start_angle = a.angle * std::numbers::pi / 180;
+  const VectorXd parameters = bias::readPolicy(a.policy);
+  const int good = bias::successes(machine, {}, parameters, a.starts, a.seed);
+  if (a.json) {
+    fmt::print("{}\n", Json{{"balanced_starts", good}, {"starts", a.starts}}.dump(2));
+  } else {
+    fmt::print("{}\nbalances from {} of {} random starts\n", wordsOf(parameters), good, a.starts);
+  }
+  if (!a.strip.empty()) {
+    const double x = 0.6 * machine.start_angle;
+    writeBalanceStrip(a.strip, machine, parameters, bias::bongoStart(x, x));
+  }
+  if (!a.map.empty()) {
+    static constexpr double kMapAngle = 0.035;  // rad [Ha2015, Fig. 42]
+    const bool noisy = machine.faults.torque_variance + machine.faults.angle_variance +
+                           machine.faults.rate_variance >
+                       0;
+    writeBalanceMap(a.map, machine, parameters, kMapAngle, 20, noisy ? 10 : 1, a.seed);
+  }
+  return kDone;
+}
+
+int exportPolicy(const Arguments& a) {
+  const std::string text = bias::cHeader(bias::readPolicy(a.policy));
+  if (a.out.empty()) {
+    fmt::print("{}", text);
+    return kDone;
+  }
+  PendingFile pending(a.out);
+  pending.write(text);
+  pending.commit();
+  return kDone;
+}
+
+void addMethod(CLI::App* verb, Arguments* a) {
+  verb->add_option("--method", a->method,
+                   fmt::format("What the logs are for: {}", join(bias::bongoMethods())))
+      ->capture_default_str();
+  verb->add_option("--search", a->search,
+                   fmt::format("How a policy is searched: {}", join(bias::bongoSearches())))
+      ->capture_default_str();
+  verb->add_option("--seed", a->seed, "Equal seeds give equal runs")->capture_default_str();
+}
+
+}  // namespace
+
+void addBalance(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = program.add_subcommand(
+      "balance", "Learn to balance on a bongo board that is not quite as its model says.");
+  verb->require_subcommand(1);
+
+  CLI::App* l = verb->add_subcommand(
+      "learn", "The whole loop against a simulated machine; the same command again goes on.");
+  l->add_option("--hardware", a->hardware,
+                "The machine's faults (TOML); see models/bongo-board/hardware.toml. Default: none");
+  addMethod(l, a.get());
+  l->add_option("--iterations", a->iterations, "At most")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  l->add_option("--runs", a->runs, "Of the machine in each iteration; all must stay up")
+      ->check(CLI::Range(1, 9))
+      ->capture_default_str();
+  l->add_option("--starts", a->starts, "Random starts the last policy is tried from")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  l->add_option("--out", a->out, "Folder of policies and logs; default: runs/balance-seedN");
+  l->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  l->add_flag("--json", a->json, "Print one JSON object at the end");
+  l->footer(
+      "Examples:\n"
+      "  traceur balance learn --hardware models/bongo-board/hardware.toml\n"
+      "  traceur balance learn --hardware late.toml --method none    # the control\n"
+      "Exit code: 0 solved, 1 not solved or failed, 2 wrong use, 130 stopped by Ctrl-C.");
+  l->callback([a, &exit_code] { exit_code = learn(*a); });
+
+  CLI::App* f = verb->add_subcommand(
+      "fit", "One iteration for a real machine: from its logs to the policy to try next.");
+  f->add_option("--data", a->data, "Logs (CSV), in the order they were recorded; none at first");
+  f->add_option("--warm", a->warm, "The policy to begin the search with, such as the last one");
+  addMethod(f, a.get());
+  f->add_option("--angle", a->angle, "Wheel and board angles to balance from [deg]; default 0.5")
+      ->check(CLI::Range(0.01, 5.0));
+  f->add_option("--out", a->out, "Default: policy.json");
+  f->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  f->add_flag("--json", a->json, "Print one JSON object at the end");
+  f->footer(
+      "Examples:\n"
+      "  traceur balance fit --out policy-1.json                       # from the model alone\n"
+      "  traceur balance fit --data run-1.csv run-2.csv --warm policy-1.json --out policy-2.json");
+  f->callback([a, &exit_code] { exit_code = fit(*a); });
+
+  CLI::App* e = verb->add_subcommand("evaluate", "Try a policy on a simulated machine.");
+  e->add_option("POLICY", a->policy, "A policy that learn or fit wrote")->required();
+  e->add_option("--hardware", a->hardware, "As of learn");
+  e->add_option("--angle", a->angle, "Of random starts [deg]; default: the machine's")
+      ->check(CLI::Range(0.01, 5.0));
+  e->add_option("--starts", a->starts, "How many random starts")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  e->add_option("--seed", a->seed, "Of the starts and the noise")->capture_default_str();
+  e->add_option("--strip", a->strip, "Draw model and machine side by side (PNG)");
+  e->add_option("--map", a->map,
+                "Draw which wheel and board angles it balances from (.png, .svg; a CSV beside it)");
+  e->add_flag("--json", a->json, "Print one JSON object");
+  e->callback([a, &exit_code] { exit_code = evaluate(*a); });
+
+  CLI::App* x = verb->add_subcommand("export", "A policy as a C header for a machine's program.");
+  x->add_option("POLICY", a->policy, "A policy that learn or fit wrote")->required();
+  x->add_option("--out", a->out, "Default: printed");
+  x->callback([a, &exit_code] { exit_code = exportPolicy(*a); });
+}
+
+}  // namespace traceur::cli

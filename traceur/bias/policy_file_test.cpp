@@ -1,0 +1,88 @@
+#include "traceur/bias/policy_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "traceur/bias/bongo_learning.h"
+#include "traceur/core/error.h"
+
+namespace traceur::bias {
+namespace {
+
+class PolicyFile : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / "traceur-policy-test";
+};
+
+VectorXd parameters() {
+  VectorXd p(5);
+  p << 6.8, 2.4, -5.0, -1.1, 3.9;
+  return p;
+}
+
+TEST_F(PolicyFile, KeepsEveryBit) {
+  writePolicy(folder_ / "p.json", parameters());
+  EXPECT_EQ(readPolicy(folder_ / "p.json"), parameters());
+}
+
+TEST_F(PolicyFile, RefusesWhatIsNone) {
+  const auto message_of = [&](const std::string& text) -> std::string {
+    std::ofstream(folder_ / "p.json") << text;
+    try {
+      readPolicy(folder_ / "p.json");
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const std::string head = R"({"format": "traceur policy", "version": 1, "plant": "bongo board")";
+  EXPECT_NE(message_of("hello").find("p.json"), std::string::npos);
+  EXPECT_NE(message_of("{}").find("traceur policy"), std::string::npos);
+  EXPECT_NE(message_of(head + "}").find("parameters"), std::string::npos);
+  EXPECT_NE(message_of(head + R"(, "parameters": [1, 2]})").find("expected 5"), std::string::npos);
+  EXPECT_NE(message_of(head + R"(, "parameters": [1, 2, 3, 4, 50]})").find("up to 10"),
+            std::string::npos);
+  EXPECT_THROW(readPolicy(folder_ / "none.json"), InputError);
+}
+
+/// What a C compiler makes of the header asks for the same torque as the policy.
+TEST_F(PolicyFile, TheHeaderComputesTheSameTorque) {
+  std::ofstream(folder_ / "policy.h") << cHeader(parameters());
+  std::ofstream(folder_ / "main.c") << R"(#include <stdio.h>
+#include "policy.h"
+int main(void) {
+  float x[6];
+  while (scanf("%f %f %f %f %f %f", x, x + 1, x + 2, x + 3, x + 4, x + 5) == 6)
+    printf("%.9g\n", traceur_bongo_torque(x[0], x[1], x[2], x[3], x[4], x[5]));
+  return 0;
+}
+)";
+  std::ofstream readings(folder_ / "x.txt");
+  const BalancePolicy policy = BalancePolicy::of(parameters());
+  std::vector<double> expected;
+  for (int i = 0; i < 40; ++i) {
+    BongoBoard::State x;
+    for (int j = 0; j < 6; ++j) x[j] = 0.05 * (1 + j / 3) * std::sin(1.7 * i + j);
+    for (int j = 0; j < 6; ++j) readings << x[j] << (j < 5 ? " " : "\n");
+    expected.push_back(policy.torque({}, x));
+  }
+  readings.close();
+  const std::string in = folder_.string();
+  ASSERT_EQ(std::system(("cc -Wall -Werror -o " + in + "/a.out " + in + "/main.c -lm && " + in +
+                         "/a.out < " + in + "/x.txt > " + in + "/u.txt")
+                            .c_str()),
+            0);
+  std::ifstream torques(folder_ / "u.txt");
+  for (const double u : expected) {
+    double got = 0;
+    ASSERT_TRUE(torques >> got);
+    EXPECT_NEAR(got, u, 0.01);
+  }
+}
+
+}  // namespace
+}  // namespace traceur::bias

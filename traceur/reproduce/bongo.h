@@ -1,0 +1,16 @@
+// Chapter 8's experiments with the bongo board: how many runs of a simulated machine it takes to a
+// policy that balances on it.
+#pragma once
+
+#include "traceur/reproduce/table.h"
+
+namespace traceur::reproduce {
+
+/// Iterations to the first success, over noise and inertia [Ha2015, Tab. 13]; what its runs drew is
+/// the cost over the iterations, its Fig. 41.
+Table table13();
+/// The same over faults that break what the model alone teaches, with the controls beside it: not
+/// in the paper.
+Table bongoFaults();
+
+}  // namespace traceur::reproduce
