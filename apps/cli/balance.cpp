@@ -299,6 +299,10 @@ void addBalance(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand(
       "balance", "Learn to balance on a bongo board that is not quite as its model says.");
   verb->require_subcommand(1);
+  verb->footer(
+      "Examples:\n"
+      "  traceur balance learn --hardware models/bongo-board/hardware.toml\n"
+      "  traceur balance learn --help");
 
   CLI::App* l = verb->add_subcommand(
       "learn", "The whole loop against a simulated machine; the same command again goes on.");

@@ -179,6 +179,30 @@ expect 2 'exists already' -- learn "$nod" --budget 32 --out "$dir/empty.run"
 expect 2 'before it began' -- show "$dir/empty.run"
 expect 0 -- learn "$nod" --budget 32 --out "$dir/empty.run" --resume --quiet
 
+# A machine's logs and faults.
+log=models/bongo-board/example-log.csv
+expect 2 'no/such.toml' -- balance learn --hardware no/such.toml --out "$dir/balance"
+printf '[faults]\ndelays = 1\n' >"$dir/machine.toml"
+expect 2 'machine.toml:2:' 'Did you mean "delay"' -- balance learn --hardware "$dir/machine.toml" --out "$dir/balance"
+expect 2 'magic' 'There is: bias' -- balance fit --method magic --out "$dir/p.json"
+expect 2 'no/such.csv' -- balance fit --data no/such.csv --out "$dir/p.json"
+sed 's/"torque":"N·m"/"torque":"kN"/' $log >"$dir/unit.csv"
+expect 2 'unit.csv' 'torque' 'kN' -- balance fit --data "$dir/unit.csv" --out "$dir/p.json"
+sed 's/wheel_rate,board_rate/wheel_rates,board_rate/' $log >"$dir/column.csv"
+expect 2 'column.csv:2' 'wheel_rate' -- balance fit --data "$dir/column.csv" --out "$dir/p.json"
+awk -F, -v OFS=, 'NR == 50 {$3 = "nan"} {print}' $log >"$dir/nan.csv"
+expect 2 'nan.csv:50' 'board' -- balance fit --data "$dir/nan.csv" --out "$dir/p.json"
+{ head -60 $log; sed -n 40,60p $log; } >"$dir/back.csv"
+expect 2 'back.csv:61' 'time' -- balance fit --data "$dir/back.csv" --out "$dir/p.json"
+sed 's/bongo board/unicycle/' $log >"$dir/other.csv"
+expect 2 'unicycle' 'bongo board' -- balance fit --data "$dir/other.csv" --out "$dir/p.json"
+head -90 $log >"$dir/short.csv"
+expect 2 'usable samples' 'at least 10' -- balance fit --data "$dir/short.csv" --out "$dir/p.json"
+[ ! -e "$dir/p.json" ] || { echo "a refused log left a policy behind"; failures=$((failures + 1)); }
+echo '{}' >"$dir/policy.json"
+expect 2 'policy.json' 'not a policy' -- balance evaluate "$dir/policy.json"
+expect 2 'policy.json' 'not a policy' -- balance export "$dir/policy.json"
+
 # A later generation makes what was found before outdated, also when it is never replaced.
 "$traceur" learn "$nod" --budget 32 --out "$dir/f.run" --quiet || failures=$((failures + 1))
 "$traceur" learn "$nod" --budget 1000000 --step-size 0.2 --out "$dir/f.run" --resume --quiet &
