@@ -133,7 +133,7 @@ Table bongoFaults() {
       {"identify", kIdentify, bias::BongoSearch::kStarts},
       {"randomise", kRandomise, bias::BongoSearch::kStarts},
       {"published", kPublished, bias::BongoSearch::kPublished},
-      {"published, none", kNone, bias::BongoSearch::kPublished}};
+      {"published none", kNone, bias::BongoSearch::kPublished}};
   Table t;
   t.name = "bongo-faults";
   t.title = "Experiments to a policy that balances, by fault and method. Not in the paper.";
