@@ -140,20 +140,31 @@ BiasOptions bongoBias(BongoMethod method) {
   if (published) {
     o.average = 1;
   } else {
-    o.lags = {5, 10};  // [ours] so that delays of up to 10 ms can be told
+    o.lags = {5, 10};    // [ours] so that delays of up to 10 ms can be told
+    o.directions = {5};  // of the joint
   }
   const auto lags = static_cast<Eigen::Index>(o.lags.size());
+  const auto directions = static_cast<Eigen::Index>(o.directions.size());
   // Of its experiments: 0.1 of each rate and, for 20 N·m, 0.05 of the torque; for 100 N·m 0.01.
-  o.input_scale.resize(7 + lags);
+  o.input_scale.resize(7 + lags + directions);
   o.input_scale << VectorXd::Ones(3), VectorXd::Constant(3, 0.1),
-      VectorXd::Constant(1 + lags, 0.01);
+      VectorXd::Constant(1 + lags, 0.01), VectorXd::Ones(directions);
   o.output_scale.resize(6);
   if (published) {
     o.output_scale << VectorXd::Ones(3), VectorXd::Constant(3, 0.1);
   } else {
     o.output_scale << VectorXd::Zero(3), VectorXd::Constant(3, 100);  // differences of about 0.01
   }
-  o.kernel = {VectorXd::Ones(7 + lags), 1, std::exp(-2.0)};  // [Ha2015, Tab. 12]
+  o.kernel = {VectorXd::Ones(7 + lags + directions), 1, std::exp(-2.0)};  // [Ha2015, Tab. 12]
+  if (directions > 0) {
+    for (const double length : {1.0, 2.0}) {
+      for (const double direction : {1.0, 100.0}) {  // 100: as if it were not there
+        VectorXd lengths = length * o.kernel.lengths;
+        lengths.tail(directions).setConstant(direction);
+        o.other_lengths.push_back(std::move(lengths));
+      }
+    }
+  }
   return o;
 }
 

@@ -41,7 +41,19 @@ gp::Regression regressionOf(const std::vector<BiasSample>& samples, const BiasOp
     regression.add(inputOf(s.x, s.u, o),
                    VectorXd(s.difference.cwiseProduct(o.output_scale))(learned));
   }
-  if (o.fit > 0) gp::fit(regression, {.evaluations = o.fit});
+  if (samples.empty() || o.other_lengths.empty()) return regression;
+  gp::Kernel best = o.kernel;
+  double most = regression.logLikelihood();
+  for (const VectorXd& lengths : o.other_lengths) {
+    gp::Kernel kernel = o.kernel;
+    kernel.lengths = lengths;
+    regression.setKernel(kernel);
+    const double likelihood = regression.logLikelihood();
+    if (!(likelihood > most)) continue;
+    most = likelihood;
+    best = std::move(kernel);
+  }
+  regression.setKernel(best);
   return regression;
 }
 
@@ -94,17 +106,22 @@ std::vector<BiasSample> samplesOf(const RunLog& log, Plant& model, const BiasOpt
   std::vector<BiasSample> samples;
   const int k = o.average;
   const Eigen::Index m = log.u.rows();
+  const auto directions = static_cast<Eigen::Index>(o.directions.size());
   for (int t = 0; t + k <= log.steps(); t += o.stride) {
     bool good = true;
     for (int i = t; i <= t + k && good; ++i) good = keep(log.x.col(i));
     if (!good) continue;
-    VectorXd u(m * static_cast<Eigen::Index>(1 + o.lags.size()));
+    VectorXd u(m * static_cast<Eigen::Index>(1 + o.lags.size()) + directions);
     u.head(m) = log.u.middleCols(t, k).rowwise().mean();
     for (size_t l = 0; l < o.lags.size(); ++l) {
       const int from = std::max(0, t - o.lags[l]);
       const int count = std::max(0, t + k - o.lags[l] - from);
       u.segment(m * static_cast<Eigen::Index>(1 + l), m) =
           log.u.middleCols(from, count).rowwise().sum() / k;
+    }
+    for (Eigen::Index d = 0; d < directions; ++d) {
+      u[u.size() - directions + d] =
+          (log.x.row(o.directions[d]).segment(t, k) / o.direction_scale).array().tanh().mean();
     }
     samples.push_back(
         {log.x.middleCols(t, k).rowwise().mean(), std::move(u),
@@ -179,7 +196,8 @@ CorrectedPlant::CorrectedPlant(std::unique_ptr<Plant> model,
   const std::vector<int>& lags = bias_->options().lags;
   const int longest = lags.empty() ? 0 : *std::max_element(lags.begin(), lags.end());
   past_ = MatrixXd::Zero(model_->inputs(), longest + 1);
-  u_.resize(model_->inputs() * static_cast<Eigen::Index>(1 + lags.size()));
+  u_.resize(model_->inputs() * static_cast<Eigen::Index>(1 + lags.size()) +
+            static_cast<Eigen::Index>(bias_->options().directions.size()));
 }
 
 void CorrectedPlant::reset(const VectorXd& x) {
@@ -191,7 +209,13 @@ void CorrectedPlant::step(const VectorXd& u) {
   const Eigen::Index m = u.size();
   past_.col(now_) = u;
   u_.head(m) = u;
-  const std::vector<int>& lags = bias_->options().lags;
+  const BiasOptions& o = bias_->options();
+  const std::vector<int>& lags = o.lags;
+  const auto directions = static_cast<Eigen::Index>(o.directions.size());
+  for (Eigen::Index d = 0; d < directions; ++d) {
+    u_[u_.size() - directions + d] =
+        std::tanh(model_->state()[o.directions[d]] / o.direction_scale);
+  }
   for (size_t l = 0; l < lags.size(); ++l) {
     u_.segment(m * static_cast<Eigen::Index>(1 + l), m) =
         past_.col((now_ + past_.cols() - lags[l]) % past_.cols());

@@ -26,15 +26,21 @@ struct BiasOptions {
   /// Besides the input of now, those of so many steps ago are inputs of the regression, so that a
   /// plant that answers late is no noise [ours].
   std::vector<int> lags;
-  /// What the regression's inputs, (x, u, u of each lag), are multiplied by.
+  /// Of these states the direction, tanh(x_i / direction_scale), is an input as well: dry friction
+  /// changes with a rate's direction and hardly else [ours].
+  std::vector<Eigen::Index> directions;
+  double direction_scale = 0.02;  ///< in the unit of the state
+  /// What the regression's inputs, (x, u, u of each lag, directions), are multiplied by.
   VectorXd input_scale;
   /// (n) What the differences are multiplied by. One of 0 is not learned and stays 0: of a
   /// mechanism, models get forces wrong, which change rates, and that places follow rates they know
   /// [ours].
   VectorXd output_scale;
   gp::Kernel kernel;
-  /// Evaluations of the likelihood to fit the kernel to the samples, 0: it stays as it is.
-  int fit = 0;
+  /// Lengths to try in place of the kernel's: those that make the samples most likely are taken, so
+  /// that what does not matter is left out. A free fit has too many to find from noiseless samples
+  /// that are alike [ours].
+  std::vector<VectorXd> other_lengths;
   /// A sample is the difference over so many steps. 1 is the printed one-step difference, which of
   /// a plant with contacts is mostly their jitter; 10 and more average it away [ours].
   int average = 20;
@@ -46,7 +52,7 @@ struct BiasOptions {
 /// A sample: in state x, given u, the plant moved by `difference` more in a step than the model.
 struct BiasSample {
   VectorXd x;           ///< (n)
-  VectorXd u;           ///< (m (1 + lags)), of now, then of each lag; 0 before a run
+  VectorXd u;           ///< (m (1 + lags)), of now, then of each lag, 0 before a run; directions
   VectorXd difference;  ///< (n), of one step; 0 where it is not learned
 };
 
@@ -86,7 +92,7 @@ class DynamicsBias {
     VectorXd input, output;
     gp::Predictor::Scratch gp;
   };
-  /// @param u           (m (1 + lags)) as BiasSample's
+  /// @param u           as BiasSample's
   /// @param difference  (n) written: what a step adds to the model's
   /// @return the weight exp(-d |v|²) that is in it already
   double predict(const VectorXd& x, const VectorXd& u, VectorXd& difference,

@@ -121,6 +121,47 @@ TEST(DynamicsBias, RefusesALogOfAnotherPlant) {
   EXPECT_THROW(DynamicsBias({}, o), InputError);
 }
 
+/// Dry friction is told by the direction of motion; where there is none, that input is left out.
+TEST(DynamicsBias, DirectionsAreUsedWhereTheyMatter) {
+  class Rubbed : public Line {
+   public:
+    explicit Rubbed(double friction) : Line(-1, 1), friction_(friction) {}
+    void step(const VectorXd& u) override {
+      const double before = state()[0];
+      Line::step(u);
+      reset(state() - VectorXd::Constant(1, 0.01 * friction_ * std::tanh(before / 0.05)));
+    }
+
+   private:
+    double friction_;
+  };
+  Line model(-1, 1);
+  BiasOptions o = lineOptions();
+  o.directions = {0};
+  o.direction_scale = 0.05;
+  o.input_scale = VectorXd::Ones(3);
+  o.kernel.lengths = VectorXd::Constant(3, 2);
+  VectorXd without = o.kernel.lengths;
+  without[2] = 100;
+  o.other_lengths = {without};
+  const auto input = [](int t) { return 2 * std::sin(0.3 * t); };
+  const auto bias_of = [&](double friction) {
+    Rubbed plant(friction);
+    return std::make_shared<const DynamicsBias>(
+        samplesOf(drive(plant, VectorXd::Ones(1), 200, input), model, o, all), o);
+  };
+  EXPECT_EQ(bias_of(0)->regression().kernel().lengths[2], 100);
+  const auto bias = bias_of(0.5);
+  EXPECT_EQ(bias->regression().kernel().lengths[2], 2);
+  Rubbed plant(0.5);
+  CorrectedPlant corrected(std::make_unique<Line>(model), bias);
+  const VectorXd x0 = VectorXd::Zero(1);
+  const auto other = [](int t) { return std::sin(0.2 * t); };
+  const MatrixXd truth = drive(plant, x0, 100, other).x;
+  const double better = (drive(corrected, x0, 100, other).x - truth).norm();
+  EXPECT_LT(better, 0.1 * (drive(model, x0, 100, other).x - truth).norm());
+}
+
 /// A force that the model has not, over many steps: what it adds to the rate in each, not what the
 /// rate then adds to the place.
 TEST(DynamicsBias, OfAForceIsWhatItDoesToTheRate) {
