@@ -83,6 +83,7 @@ int main() {
   parameters << 7.4754, 3.3687, -2.3216, -0.9873, 5.4532;
   bias::BongoLearning o;
   std::vector<bias::RunLog> logs;
+  logs.reserve(2);
   for (int i = 0; i < 2; ++i) {
     logs.push_back(bias::runMachine(machine, o.board, parameters, 1, i).log);
   }

@@ -12,8 +12,8 @@ namespace {
 class BongoMachineFile : public testing::Test {
  protected:
   BongoMachine read(const std::string& text) {
-    std::ofstream(file_) << text;
-    return readBongoMachine(file_);
+    std::ofstream(file) << text;
+    return readBongoMachine(file);
   }
   std::string messageOf(const std::string& text) {
     try {
@@ -23,9 +23,9 @@ class BongoMachineFile : public testing::Test {
     }
     return "";
   }
-  void TearDown() override { std::filesystem::remove(file_); }
+  void TearDown() override { std::filesystem::remove(file); }
 
-  std::filesystem::path file_ = std::filesystem::temp_directory_path() / "traceur-machine.toml";
+  std::filesystem::path file = std::filesystem::temp_directory_path() / "traceur-machine.toml";
 };
 
 TEST_F(BongoMachineFile, HasEveryFaultByName) {

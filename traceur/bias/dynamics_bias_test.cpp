@@ -259,7 +259,7 @@ TEST(DynamicsBias, OfTheBongoBoardsInertiaIsLearnedFromFourRuns) {
   const auto near = [](const VectorXd& x) {
     return std::abs(x[0] + x[1]) < 0.3 && x.tail(3).cwiseAbs().maxCoeff() < 6.2;
   };
-  const auto scoreOf = [&](int average) {
+  const auto score_of = [&](int average) {
     o.average = average;
     std::vector<BiasSample> train, test;
     int i = 0;
@@ -270,7 +270,7 @@ TEST(DynamicsBias, OfTheBongoBoardsInertiaIsLearnedFromFourRuns) {
     }
     return explained(DynamicsBias(spread(train, o), o), test).tail(3).eval();
   };
-  EXPECT_GT(scoreOf(20).minCoeff(), 0.95);
+  EXPECT_GT(score_of(20).minCoeff(), 0.95);
 }
 
 }  // namespace

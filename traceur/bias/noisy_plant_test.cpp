@@ -50,6 +50,7 @@ TEST(NoisyPlant, NoiseIsToldFromForcesThatTheModelHasNot) {
   const BongoModelFaults faults{.inertia_scale = 1.2, .delay = 0.005, .coulomb_friction = 2};
   FaultyBongoBoard faulty({}, faults);
   std::vector<RunLog> logs;
+  logs.reserve(4);
   for (int i = 0; i < 4; ++i) logs.push_back(drive(faulty, bongoStart(0.001 * i, -0.001)));
   EXPECT_LT(readingNoise(logs, model, all).tail<3>().maxCoeff(), 1e-5);
 

@@ -13,9 +13,9 @@ namespace {
 
 class PolicyFile : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / "traceur-policy-test";
+  void SetUp() override { std::filesystem::create_directories(folder); }
+  void TearDown() override { std::filesystem::remove_all(folder); }
+  std::filesystem::path folder = std::filesystem::temp_directory_path() / "traceur-policy-test";
 };
 
 VectorXd parameters() {
@@ -25,15 +25,15 @@ VectorXd parameters() {
 }
 
 TEST_F(PolicyFile, KeepsEveryBit) {
-  writePolicy(folder_ / "p.json", parameters());
-  EXPECT_EQ(readPolicy(folder_ / "p.json"), parameters());
+  writePolicy(folder / "p.json", parameters());
+  EXPECT_EQ(readPolicy(folder / "p.json"), parameters());
 }
 
 TEST_F(PolicyFile, RefusesWhatIsNone) {
   const auto message_of = [&](const std::string& text) -> std::string {
-    std::ofstream(folder_ / "p.json") << text;
+    std::ofstream(folder / "p.json") << text;
     try {
-      readPolicy(folder_ / "p.json");
+      readPolicy(folder / "p.json");
     } catch (const InputError& e) {
       return e.what();
     }
@@ -46,13 +46,13 @@ TEST_F(PolicyFile, RefusesWhatIsNone) {
   EXPECT_NE(message_of(head + R"(, "parameters": [1, 2]})").find("expected 5"), std::string::npos);
   EXPECT_NE(message_of(head + R"(, "parameters": [1, 2, 3, 4, 50]})").find("up to 10"),
             std::string::npos);
-  EXPECT_THROW(readPolicy(folder_ / "none.json"), InputError);
+  EXPECT_THROW(readPolicy(folder / "none.json"), InputError);
 }
 
 /// What a C compiler makes of the header asks for the same torque as the policy.
 TEST_F(PolicyFile, TheHeaderComputesTheSameTorque) {
-  std::ofstream(folder_ / "policy.h") << cHeader(parameters());
-  std::ofstream(folder_ / "main.c") << R"(#include <stdio.h>
+  std::ofstream(folder / "policy.h") << cHeader(parameters());
+  std::ofstream(folder / "main.c") << R"(#include <stdio.h>
 #include "policy.h"
 int main(void) {
   float x[6];
@@ -61,22 +61,22 @@ int main(void) {
   return 0;
 }
 )";
-  std::ofstream readings(folder_ / "x.txt");
+  std::ofstream readings(folder / "x.txt");
   const BalancePolicy policy = BalancePolicy::of(parameters());
   std::vector<double> expected;
   for (int i = 0; i < 40; ++i) {
     BongoBoard::State x;
-    for (int j = 0; j < 6; ++j) x[j] = 0.05 * (1 + j / 3) * std::sin(1.7 * i + j);
+    for (int j = 0; j < 6; ++j) x[j] = (j < 3 ? 0.05 : 0.1) * std::sin(1.7 * i + j);
     for (int j = 0; j < 6; ++j) readings << x[j] << (j < 5 ? " " : "\n");
     expected.push_back(policy.torque({}, x));
   }
   readings.close();
-  const std::string in = folder_.string();
+  const std::string in = folder.string();
   ASSERT_EQ(std::system(("cc -Wall -Werror -o " + in + "/a.out " + in + "/main.c -lm && " + in +
                          "/a.out < " + in + "/x.txt > " + in + "/u.txt")
                             .c_str()),
             0);
-  std::ifstream torques(folder_ / "u.txt");
+  std::ifstream torques(folder / "u.txt");
   for (const double u : expected) {
     double got = 0;
     ASSERT_TRUE(torques >> got);
