@@ -30,8 +30,8 @@ BongoMethod bongoMethod(std::string_view name);
 
 /// How a policy is searched on a model.
 enum class BongoSearch {
-  kStarts,     ///< DIRECT until the board tilted by 0.25 degrees is balanced, then CMA-ES over five
-               ///< starts; begins where the last search ended
+  kStarts,  ///< DIRECT until the board tilted by 0.25 degrees is balanced, then CMA-ES over seven
+            ///< starts; begins where the last search ended
   kPublished,  ///< DIRECT alone, 1000 trials from 0.25 degrees [Ha2015, Tab. 12]
 };
 
