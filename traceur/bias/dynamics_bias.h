@@ -45,7 +45,7 @@ struct BiasOptions {
   /// a plant with contacts is mostly their jitter; 10 and more average it away [ours].
   int average = 20;
   int stride = 40;   ///< steps from one sample to the next
-  int most = 120;    ///< samples kept of all runs, those farthest from each other
+  int most = 100;    ///< samples kept of all runs, those farthest from each other
   double decay = 1;  ///< d of [Ha2015, Eq. 55]
 };
 
