@@ -1,5 +1,5 @@
-// What learning a bias costs: a prediction of it against a step of the model, and a policy search on
-// the corrected model. All in one run, so that ratios mean something on a busy machine.
+// What learning a bias costs: a prediction of it against a step of the model, and a policy search
+// on the corrected model. All in one run, so that ratios mean something on a busy machine.
 //
 //   bench_bias
 #include <fmt/format.h>
@@ -71,9 +71,10 @@ int main() {
       x[0] += 1e-6;
       predictor.mean(x, mean, scratch);
     });
-    fmt::print("prediction, 6 outputs, N = {:3}           {:6.3f} us, {:4.1f} steps; mean alone "
-               "{:6.3f} us, {:4.1f} steps\n",
-               n, both, both / step, alone, alone / step);
+    fmt::print(
+        "prediction, 6 outputs, N = {:3}           {:6.3f} us, {:4.1f} steps; mean alone "
+        "{:6.3f} us, {:4.1f} steps\n",
+        n, both, both / step, alone, alone / step);
   }
 
   // 1000 rollouts of 5 s that all stay up, on a model corrected by runs of a heavier machine.
