@@ -206,10 +206,10 @@ int fit(const Arguments& a) {
         train.size() + test.size(), logs.size(), kFewest, options.average + 1));
   }
   const VectorXd warm = a.warm.empty() ? VectorXd() : bias::readPolicy(a.warm);
-  bias::BiasLoopOptions loop = bias::bongoLoop(o);
-  const bias::FoundPolicy found =
-      bias::searchOnModels(bias::bongoTask(o), bias::bongoLearner(o), logs,
-                           static_cast<int>(logs.size()) / o.runs, warm, loop.search);
+  const bias::BiasTask task = bias::bongoTask(o);
+  const bias::BiasLoopOptions loop = bias::bongoLoop(o);
+  const bias::FoundPolicy found = bias::searchOnModels(
+      task, bias::bongoLearner(o), logs, static_cast<int>(logs.size()) / o.runs, warm, loop.search);
   const std::string out = a.out.empty() ? "policy.json" : a.out;
   bias::writePolicy(out, found.parameters);
 
@@ -219,6 +219,13 @@ int fit(const Arguments& a) {
   }
   const VectorXd noise = bias::readingNoise(logs, model, bias::bongoKeeps);
   const double success = bias::BalanceCost().failure;
+  const double hidden = task.most * static_cast<double>(task.starts.size() - 1);
+  if (!logs.empty() && !(found.cost < task.success + hidden)) {
+    fmt::print(
+        stderr,
+        "no policy balances on what the logs teach: learn would give them up and begin anew; "
+        "leave --data out to do so\n");
+  }
   if (a.json) {
     Json j{{"logs", logs.size()},
            {"samples", train.size() + test.size()},

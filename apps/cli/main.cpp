@@ -22,7 +22,11 @@ int complain(int code, const std::string& message) {
 std::string explain(const CLI::App& program, const CLI::ParseError& error) {
   std::string message = error.what();
   const CLI::App* verb = &program;
-  for (const CLI::App* v : program.get_subcommands()) verb = v;
+  std::string path;
+  while (!verb->get_subcommands().empty()) {  // "balance learn"
+    verb = verb->get_subcommands().front();
+    path += verb->get_name() + " ";
+  }
   if (dynamic_cast<const CLI::ExtrasError*>(&error)) {
     std::vector<std::string> options;
     for (const CLI::Option* o : verb->get_options()) {
@@ -30,8 +34,14 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
     }
     for (const std::string& extra : verb->remaining(true)) message += didYouMean(extra, options);
   }
-  return fmt::format("{}\n       see: traceur {}--help", message,
-                     verb == &program ? "" : verb->get_name() + " ");
+  if (dynamic_cast<const CLI::RequiredError*>(&error)) {
+    std::vector<std::string> names;
+    for (const CLI::App* v : verb->get_subcommands({})) names.push_back(v->get_name());
+    std::string near;
+    for (const std::string& extra : verb->remaining(true)) near += didYouMean(extra, names);
+    if (!names.empty()) message += fmt::format(".{} There is: {}", near, join(names));
+  }
+  return fmt::format("{}\n       see: traceur {}--help", message, path);
 }
 
 int run(int argc, char** argv) {

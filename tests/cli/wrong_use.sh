@@ -181,6 +181,8 @@ expect 0 -- learn "$nod" --budget 32 --out "$dir/empty.run" --resume --quiet
 
 # A machine's logs and faults.
 log=models/bongo-board/example-log.csv
+expect 2 'Did you mean "learn"' 'evaluate, export' -- balance lern
+expect 2 'Did you mean "--hardware"' 'traceur balance learn --help' -- balance learn --hardwar x
 expect 2 'no/such.toml' -- balance learn --hardware no/such.toml --out "$dir/balance"
 printf '[faults]\ndelays = 1\n' >"$dir/machine.toml"
 expect 2 'machine.toml:2:' 'Did you mean "delay"' -- balance learn --hardware "$dir/machine.toml" --out "$dir/balance"

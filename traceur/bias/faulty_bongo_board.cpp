@@ -48,7 +48,8 @@ void FaultyBongoBoard::step(const VectorXd& u) {
   const double torque = (1 - part_) * late_[(now_ + 2) % n] + part_ * late_[(now_ + 1) % n];
   now_ = (now_ + 1) % n;
   const BongoBoard::State x = x_;
-  // Smooth within a tenth of what friction does in a step, so that it brakes and never drives.
+  // Less than all of it at rates that it would turn round within a step (0.0027 rad/s for 1 N·m),
+  // so that it brakes and never drives.
   const double slip = x[5] / (1e-3 + 3e-3 * faults_.coulomb_friction);
   const double friction =
       faults_.coulomb_friction * std::clamp(slip, -1.0, 1.0) + faults_.viscous_friction * x[5];
@@ -95,7 +96,7 @@ BongoModelFaults identify(const std::vector<RunLog>& logs, const BongoParameters
     return BongoModelFaults{1 + kUnit[0] * y[0], kUnit[1] * y[1], kUnit[2] * y[2], kUnit[3] * y[3],
                             kUnit[4] * y[4]};
   };
-  const auto cost = [&](const std::vector<double>& y) { return squares(faults_of(y)).sum(); };
+  auto cost = [&](const std::vector<double>& y) { return squares(faults_of(y)).sum(); };
   nlopt::opt search(nlopt::LN_SBPLX, 5);
   search.set_lower_bounds({kLower.begin(), kLower.end()});
   search.set_upper_bounds({kUpper.begin(), kUpper.end()});
@@ -104,7 +105,7 @@ BongoModelFaults identify(const std::vector<RunLog>& logs, const BongoParameters
   search.set_xtol_rel(1e-3);
   search.set_min_objective([](const std::vector<double>& y, std::vector<double>&,
                               void* data) { return (*static_cast<decltype(&cost)>(data))(y); },
-                           const_cast<void*>(static_cast<const void*>(&cost)));
+                           &cost);
   std::vector<double> y(5, 0.0);
   y[1] = 0.5;
   double value = 0;

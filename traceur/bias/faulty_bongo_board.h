@@ -2,7 +2,6 @@
 // logs: what a bias model is to be measured against.
 #pragma once
 
-#include <deque>
 #include <vector>
 
 #include "traceur/bias/bongo_board.h"

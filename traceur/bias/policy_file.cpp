@@ -37,11 +37,9 @@ void writePolicy(const std::filesystem::path& file, const VectorXd& parameters) 
   }
   j["most_torque"] = {{"value", policy.most_torque}, {"unit", "N·m"}};
   j["torque"] =
-      "sum of gain times: pelvis's horizontal place from the wheel's centre [m] and its speed "
-      "[m/s], "
-      "angle of the legs from the board's normal [rad] and its rate [rad/s], the board's angle "
-      "from "
-      "the horizontal [rad]; angles counter-clockwise, x to the right; clipped to most_torque";
+      "sum of gain times: the pelvis's horizontal place from the wheel's centre [m], its speed "
+      "[m/s], the legs' angle from the board's normal [rad], its rate [rad/s], the board's angle "
+      "from the horizontal [rad]; angles counter-clockwise, x to the right; clipped to most_torque";
   PendingFile pending(file);
   pending.write(j.dump(2) + "\n");
   pending.commit();
