@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlopt.hpp>
+#include <stdexcept>
 #include <vector>
 
 #include "traceur/core/error.h"
@@ -84,7 +85,12 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
     std::vector<double> x(n);
     for (Eigen::Index i = 0; i < n; ++i) x[i] = 0.5 * (lower[i] + upper[i]);
     double value = 0;
-    direct.optimize(x, value);
+    try {
+      direct.optimize(x, value);
+    } catch (const std::runtime_error&) {
+      // "sample-points failed": NLopt sizes DIRECT's memory by the trials allowed, and where many
+      // rectangles tie one iteration can want more. What it found until then stands.
+    }
   }
   const PolishProblem problem(trials, lower, upper);
   for (int round = 0; o.polish > 0 && round < o.rounds; ++round) {
