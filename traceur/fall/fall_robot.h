@@ -1,0 +1,62 @@
+// What breaks a robot's fall: the parts it may put to the ground, in which order, from which
+// stance.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "traceur/sim/robot.h"
+
+namespace traceur::fall {
+
+/// A part that may touch the ground: one contact point of the robot's file, or several that touch
+/// together, whose mean it then is (two hands, or toe and heel of a sole).
+struct ContactNode {
+  std::string name;
+  std::vector<std::string> points;
+};
+
+/// Which part may touch the ground after which: a directed graph without cycles [Ha2015, §4.3.2].
+struct ContactGraph {
+  std::vector<ContactNode> nodes;       ///< the first is what the robot stands on
+  std::vector<std::vector<int>> edges;  ///< by node: what may follow it
+
+  /// The nodes so that each comes after all it can follow.
+  std::vector<int> order() const;
+  /// The same without a node.
+  /// @throws InputError for a name it does not have, or the first
+  ContactGraph without(std::string_view node) const;
+};
+
+/// A way to fall: from a stance, in a direction.
+struct FallSetup {
+  std::string stance;     ///< the name of a pose in the robot's file
+  std::string direction;  ///< "forward" or "backward": along +x or -x of the robot
+  ContactGraph graph;
+
+  double sign() const { return direction == "backward" ? -1 : 1; }
+};
+
+/// models/ROBOT/falls.toml: all a fall needs to know beyond robot.toml.
+struct FallRobot {
+  std::shared_ptr<const sim::Robot> robot;
+  std::string push_body;            ///< pushes act on its COM
+  std::string head;                 ///< the contact point that stands for the head
+  std::string tuck;                 ///< the name of a pose: curled up
+  std::vector<std::string> joints;  ///< that a plan moves; a pair's name means both
+  double rod_speed = 0;             ///< largest |ṙ₁| [m/s]
+  double stopper_speed = 0;         ///< largest |θ̇₂| [rad/s]
+  std::vector<FallSetup> setups;
+
+  /// @throws InputError listing every mistake: a contact point, body, joint or pose that the robot
+  ///         lacks, a graph that leads nowhere or round in a circle
+  static FallRobot fromFile(const std::filesystem::path& file);
+
+  /// @throws InputError naming what there is
+  const FallSetup& setup(std::string_view stance, std::string_view direction) const;
+};
+
+}  // namespace traceur::fall

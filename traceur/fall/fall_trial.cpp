@@ -1,0 +1,448 @@
+#include "traceur/fall/fall_trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+
+#include "traceur/control/stable_pd.h"
+
+namespace traceur::fall {
+namespace {
+
+using Eigen::VectorXd;
+
+/// The forces that a fall is judged by.
+class Meter {
+ public:
+  Meter(const SagittalBody& body, const FallProtocol& protocol, std::string head)
+      : body_(&body),
+        model_(body.model()),
+        window_(std::max(1, static_cast<int>(std::lround(protocol.window / protocol.time_step)))),
+        head_(std::move(head)),
+        off_(model_->bodies(), 0),
+        standing_(model_->bodies(), false) {
+    for (const auto& [name, point] : model_->robot()->contacts) {
+      points_.push_back({name, model_->body(point.body), point.p_BP});
+    }
+  }
+
+  /// What touches now is the stance's.
+  void begin() {
+    for (const std::string& name : body_->setup().graph.nodes[0].points) {
+      standing_[model_->body(model_->robot()->contacts.at(name).body).value] = true;
+    }
+  }
+
+  /// Once after each step.
+  void read(const sim::Snapshot& s, FallTrial& trial) {
+    std::vector<bool> touches(standing_.size());
+    double force = 0;
+    for (const sim::Contact& c : s.contacts()) {
+      const bool a = model_->isRobot(c.body_a);
+      if (a == model_->isRobot(c.body_b)) continue;  // the robot on itself
+      const sim::BodyId b = a ? c.body_a : c.body_b;
+      touches[b.value] = true;
+      if (standing_[b.value]) continue;
+      force += (a ? -1 : 1) * c.f_WC.z();
+      note(partOf(s, b, c.p_WC), s.time(), trial);
+    }
+    for (size_t b = 0; b < standing_.size(); ++b) {
+      off_[b] = touches[b] ? 0 : off_[b] + 1;
+      if (off_[b] >= window_) standing_[b] = false;
+    }
+    const double h = model_->timeStep();
+    forces_.push_back(force);
+    sum_ += force * h;
+    if (static_cast<int>(forces_.size()) > window_) {
+      sum_ -= forces_.front() * h;
+      forces_.pop_front();
+    }
+    trial.impulse = std::max(trial.impulse, sum_);
+    trial.raw_impulse = std::max(trial.raw_impulse, force * h);
+    trial.peak_force = std::max(trial.peak_force, force);
+    if (!trial.contacts.empty()) {
+      trial.contacts.back().impulse = std::max(trial.contacts.back().impulse, sum_);
+    }
+    if (trial.windowed.empty() || s.time() - trial.windowed.back().first > 0.001 - h / 2) {
+      trial.windowed.emplace_back(s.time(), sum_);
+    }
+    const sim::ContactPoint& head = model_->robot()->contacts.at(head_);
+    sim::Matrix3Xd J = sim::Matrix3Xd::Zero(3, model_->nv());
+    s.pointJacobian(model_->body(head.body), head.p_BP, J);
+    const sim::Vector3d v = J * s.v();
+    head_velocities_.push_back(v);
+    if (static_cast<int>(head_velocities_.size()) > window_) {
+      const double acceleration = (v - head_velocities_.front()).norm() / (window_ * h);
+      trial.peak_head = std::max(trial.peak_head, acceleration);
+      head_velocities_.pop_front();
+    }
+  }
+
+ private:
+  struct Point {
+    std::string name;
+    sim::BodyId body;
+    sim::Vector3d p_BP;
+  };
+
+  /// The contact point of the body's that is nearest, or the body's name.
+  std::string partOf(const sim::Snapshot& s, sim::BodyId body, const sim::Vector3d& p_WC) const {
+    const sim::Vector3d at = s.bodyRotation(body).transpose() * (p_WC - s.bodyPosition(body));
+    const Point* nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Point& p : points_) {
+      const double d = (p.p_BP - at).norm();
+      if (p.body == body && d < least) {
+        least = d;
+        nearest = &p;
+      }
+    }
+    return nearest ? nearest->name : model_->bodyName(body);
+  }
+
+  void note(const std::string& part, double time, FallTrial& trial) const {
+    trial.head_hit = trial.head_hit || part == head_;
+    for (const GroundContact& c : trial.contacts) {
+      if (c.part == part) return;
+    }
+    trial.contacts.push_back({part, time, 0});
+  }
+
+  const SagittalBody* body_;
+  std::shared_ptr<const sim::Model> model_;
+  int window_;
+  std::string head_;
+  std::vector<Point> points_;
+  std::vector<int> off_;  // steps each body has been off the ground
+  std::vector<bool> standing_;
+  std::deque<double> forces_;
+  double sum_ = 0;
+  std::deque<sim::Vector3d> head_velocities_;
+};
+
+/// Follows a plan's stages, and asks for another plan where it does not go as planned.
+class Follower {
+ public:
+  Follower(const SagittalBody& body, const FallTracking& tracking, FallSimulator::Plan plan)
+      : body_(&body), model_(body.model()), tracking_(tracking), plan_(std::move(plan)) {}
+
+  /// The joints' targets now.
+  /// @param pose    the world's
+  /// @param before  the targets before the fall was noticed
+  control::JointTarget target(const sim::Snapshot& s, const sim::State& pose,
+                              const control::JointTarget& before) {
+    if (begun_ < 0) {
+      noticed_ = s.time();
+      from_ = target_ = before;
+      ask(s, pose);
+    }
+    if (stage_ < motion_.stages.size()) {
+      const FallMotion::Stage stage = motion_.stages[stage_];
+      const double late = std::max(tracking_.least_wait, tracking_.late * stage.duration);
+      const bool touched = touches(s, stage);
+      if (touched || s.time() - begun_ > stage.duration + late) {
+        if (touched) {
+          node_ = stage.node;
+          made_nodes_.push_back(node_);
+        }
+        ++stage_;
+        ++made_;
+        if (!(touched && ask(s, pose))) enter(s.time());
+      }
+    } else if (s.time() - begun_ > tracking_.again && falling(s)) {
+      if (!ask(s, pose)) begun_ = s.time();
+    }
+    if (way_.empty()) return target_;
+    const double n = static_cast<double>(way_.size());
+    const double along = ramp_ > 0 ? std::clamp((s.time() - begun_) / ramp_, 0.0, 1.0) * n : n;
+    const size_t next = std::min(static_cast<size_t>(along), way_.size() - 1);
+    const VectorXd& before_it = next == 0 ? from_.q : way_[next - 1].q;
+    target_.q = before_it + (along - static_cast<double>(next)) * (way_[next].q - before_it);
+    return target_;
+  }
+
+  int phase() const { return made_; }
+
+ private:
+  /// Takes up what the plan says from here, if it says anything.
+  bool ask(const sim::Snapshot& s, const sim::State& pose) {
+    const FallState start{node_, s.time() - noticed_, body_->pendulum(s, node_)};
+    std::vector<PoseSolver::Goal> made;
+    for (const int node : made_nodes_) {
+      if (node != node_) made.push_back({node, body_->node(s, node) - body_->node(s, node_)});
+    }
+    std::optional<FallMotion> motion = plan_(start, made, pose);
+    if (!motion || (motion->stages.empty() && motion->rest.q.size() == 0)) return false;
+    motion_ = std::move(*motion);
+    stage_ = 0;
+    enter(s.time());
+    return true;
+  }
+
+  void enter(double time) {
+    begun_ = time;
+    from_ = target_;
+    if (stage_ >= motion_.stages.size()) {
+      if (motion_.rest.q.size() == 0) return;
+      way_ = {control::targetOf(*model_, motion_.rest)};
+      ramp_ = tracking_.rest;
+      return;
+    }
+    way_.clear();
+    for (const sim::State& pose : motion_.stages[stage_].poses) {
+      way_.push_back(control::targetOf(*model_, pose));
+    }
+    ramp_ = tracking_.ramp * motion_.stages[stage_].duration;
+  }
+
+  /// Whether the extrapolated COM is past the node it should turn about.
+  bool falling(const sim::Snapshot& s) const {
+    const Vector2d com = body_->com(s);
+    return com.y() > 0 && com.x() + body_->comVelocity(s).x() * std::sqrt(com.y() / 9.81) >
+                              body_->node(s, node_).x();
+  }
+
+  bool touches(const sim::Snapshot& s, const FallMotion::Stage& stage) const {
+    for (const std::string& name : stage.points) {
+      const sim::ContactPoint& point = model_->robot()->contacts.at(name);
+      const sim::BodyId body = model_->body(point.body);
+      for (const sim::Contact& c : s.contacts()) {
+        if (c.body_a != body && c.body_b != body) continue;
+        if (model_->isRobot(c.body_a) == model_->isRobot(c.body_b)) continue;
+        const sim::Vector3d at = s.bodyPosition(body) + s.bodyRotation(body) * point.p_BP;
+        // A sole's toe and heel are one body: the nearer half of it.
+        bool nearest = true;
+        for (const auto& [other_name, other] : model_->robot()->contacts) {
+          if (other.body != point.body) continue;
+          const sim::Vector3d p = s.bodyPosition(body) + s.bodyRotation(body) * other.p_BP;
+          nearest = nearest && (at - c.p_WC).norm() <= (p - c.p_WC).norm();
+        }
+        if (nearest) return true;
+      }
+    }
+    return false;
+  }
+
+  const SagittalBody* body_;
+  std::shared_ptr<const sim::Model> model_;
+  FallTracking tracking_;
+  FallSimulator::Plan plan_;
+  FallMotion motion_;
+  size_t stage_ = 0;
+  int made_ = 0;  // stages ended
+  int node_ = 0;  // the last that touched
+  std::vector<int> made_nodes_ = {0};
+  double noticed_ = 0;
+  double begun_ = -1;  // the stage
+  double ramp_ = 0;
+  control::JointTarget from_, target_;
+  std::vector<control::JointTarget> way_;
+};
+
+std::shared_ptr<const sim::Model> modelOf(const FallRobot& falls, const FallProtocol& protocol) {
+  return sim::Model::fromScene(
+      {.robot = falls.robot, .ground_material = protocol.ground, .time_step = protocol.time_step});
+}
+
+}  // namespace
+
+std::string_view nameOf(Strategy strategy) {
+  switch (strategy) {
+    case Strategy::kPlanned:
+      return "planned";
+    case Strategy::kHold:
+      return "hold";
+    case Strategy::kLimp:
+      return "limp";
+    case Strategy::kDamp:
+      return "damp";
+    case Strategy::kTuck:
+      return "tuck";
+  }
+  return "";
+}
+
+FallMotion motionOf(const FallPlan& plan, const PendulumModel& model, const SagittalBody& body,
+                    const PoseSolver& poses, const FallTracking& tracking, const FallState& start,
+                    const std::vector<PoseSolver::Goal>& made, const sim::State& pose) {
+  FallMotion motion;
+  // At rest over the middle of the last two parts that touched, a little lower, so that both are
+  // reached.
+  const auto bodyOf = [&](int node) {
+    const std::string& point = body.setup().graph.nodes[node].points.front();
+    return body.model()->robot()->contacts.at(point).body;
+  };
+  const auto rest = [&](const PoseSolver::Goal& last, const std::vector<PoseSolver::Goal>& before,
+                        double height, const sim::State& near) {
+    std::vector<PoseSolver::Goal> on = {last};
+    for (auto b = before.rbegin(); b != before.rend() && on.size() < 2; ++b) {
+      if (bodyOf(b->node) != bodyOf(last.node)) on.push_back(*b);
+    }
+    double least = 0;
+    double most = 0;
+    for (PoseSolver::Goal& g : on) {
+      g.weight = 1;
+      g.place.y() = 0;
+      least = std::min(least, g.place.x());
+      most = std::max(most, g.place.x());
+    }
+    return poses.solve(on, {(least + most) / 2, tracking.rest_height * height}, near);
+  };
+  if (plan.contacts.empty()) {
+    if (start.contact == 0) return motion;
+    motion.rest = rest({start.contact, Vector2d::Zero()}, made, start.pendulum.com().y(), pose);
+    return motion;
+  }
+  std::vector<PoseSolver::Goal> kept = made;
+  for (PoseSolver::Goal& k : kept) k.weight = tracking.kept;
+  sim::State from = pose;
+  for (const PlannedContact& c : plan.contacts) {
+    const Vector2d tip(c.impact.advance, 0);
+    FallMotion::Stage stage{
+        c.action.contact, body.setup().graph.nodes[c.action.contact].points, c.action.duration, {}};
+    std::vector<PoseSolver::Goal> goals = {{c.from.contact, Vector2d::Zero()},
+                                           {c.action.contact, tip}};
+    goals.insert(goals.end(), kept.begin(), kept.end());
+    // Where the pendulum is on the way; the next part is drawn to its place more and more.
+    PendulumState s = c.from.pendulum;
+    const int steps = static_cast<int>(std::lround(c.action.duration / model.step));
+    int done = 0;
+    for (int k = 1; k <= tracking.waypoints; ++k) {
+      for (; done < steps * k / tracking.waypoints; ++done) step(model, c.action.rod_rate, s);
+      const double part = static_cast<double>(k) / tracking.waypoints;
+      goals[1].weight = k == tracking.waypoints ? 1 : tracking.approach * part;
+      from = poses.solve(goals, s.com(), from);
+      stage.poses.push_back(from);
+    }
+    motion.stages.push_back(std::move(stage));
+    kept.push_back({c.from.contact, Vector2d::Zero(), tracking.kept});
+    for (PoseSolver::Goal& k : kept) k.place -= tip;
+    if (&c == &plan.contacts.back()) {
+      motion.rest = rest({c.action.contact, Vector2d::Zero()}, kept, c.before.com().y(), from);
+    }
+  }
+  return motion;
+}
+
+FallSimulator::FallSimulator(const FallRobot& falls, FallSetup setup, FallProtocol protocol,
+                             FallTracking tracking)
+    : falls_(&falls),
+      protocol_(protocol),
+      tracking_(tracking),
+      body_(modelOf(falls, protocol), std::move(setup)),
+      stance_(body_.model()->stateOf(falls.robot->poses.at(body_.setup().stance))) {}
+
+FallTrial FallSimulator::begin(const Push& push) {
+  return run(push, Strategy::kHold);  // until there is a cheaper way
+}
+
+FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& plan,
+                             sim::Recording* recording) {
+  const std::shared_ptr<const sim::Model>& model = body_.model();
+  const double h = protocol_.time_step;
+  sim::World world(model);
+  world.reset(stance_);
+  const sim::Snapshot& s = world.snapshot();
+  control::StablePd pd = control::defaultController(model);
+  const control::JointTarget held = control::targetOf(*model, stance_);
+  const control::JointTarget tuck =
+      control::targetOf(*model, model->stateOf(falls_->robot->poses.at(falls_->tuck)));
+  const sim::BodyId pushed = model->body(falls_->push_body);
+  const sim::Vector3d force(body_.setup().sign() * push.force, 0, 0);
+  FallTrial trial;
+  Meter meter(body_, protocol_, falls_->head);
+  meter.begin();
+  std::optional<Follower> follower;
+  VectorXd tau(model->nv());
+  sim::Torque command{VectorXd::Zero(model->nu())};
+  double pivot = body_.node(s, 0).x();
+  const int push_steps = static_cast<int>(std::lround(push.duration / h));
+  const int patience = push_steps + static_cast<int>(std::lround(protocol_.patience / h));
+  const int settle = static_cast<int>(std::lround(protocol_.settle / h));
+  const int record_every = std::max(1, static_cast<int>(std::lround(0.01 / h)));
+  int noticed = -1;
+
+  if (recording) {
+    recording->mjcf = model->mjcf();
+    recording->phases = {"push"};
+    recording->frames.clear();
+  }
+  for (int k = 0;; ++k) {
+    if (recording && k % record_every == 0) {
+      const int phase = noticed < 0 ? 0 : 1 + (follower ? follower->phase() : 0);
+      recording->frames.push_back(sim::frameOf(s, phase, command.tau));
+    }
+    if (k > 0) meter.read(s, trial);
+    if (world.diverged() || world.overflowed()) {
+      trial.diverged = true;
+      break;
+    }
+    if (noticed < 0 && k >= push_steps) {
+      const Vector2d com = body_.com(s);
+      const double rate = std::sqrt(9.81 / com.y());
+      if (com.x() + body_.comVelocity(s).x() / rate > pivot) {
+        noticed = k;
+        trial.fell = true;
+        trial.noticed = s.time();
+        trial.start = {0, 0, body_.pendulum(s, 0)};
+        pivot = body_.node(s, 0).x();
+        if (strategy == Strategy::kPlanned) {
+          follower.emplace(body_, tracking_, plan);
+          for (sim::JointGain& g : pd.gains()) {
+            g.kp *= tracking_.stiffness;
+            g.kd *= tracking_.damping;
+          }
+        }
+      } else if (k > patience) {
+        break;
+      }
+    }
+    if (noticed >= 0) {
+      if (k >= noticed + settle) break;
+      if ((k - noticed) % record_every == 0) {
+        trial.com.push_back(body_.com(s) - Vector2d(pivot, 0));
+      }
+    }
+    if (k == 0 && push.force != 0) world.push(pushed, force);
+    if (k == push_steps && push.force != 0) world.push(pushed, sim::Vector3d::Zero());
+    tau.setZero();
+    const Strategy now = noticed < 0 ? Strategy::kHold : strategy;
+    switch (now) {
+      case Strategy::kHold:
+        pd.addTorque(s, held, tau);
+        break;
+      case Strategy::kTuck:
+        pd.addTorque(s, tuck, tau);
+        break;
+      case Strategy::kPlanned:
+        pd.addTorque(s, follower->target(s, world.state(), held), tau);
+        break;
+      case Strategy::kLimp:
+        break;
+      case Strategy::kDamp:
+        for (sim::JointGain& g : pd.gains()) g.kp = 0;
+        pd.addTorque(s, held, tau);
+        break;
+    }
+    control::toMotors(*model, tau, command);
+    for (const sim::Joint& j : model->joints()) {
+      if (j.motor < 0) continue;
+      trial.peak_torque =
+          std::max(trial.peak_torque, std::abs(command.tau[j.motor]) / j.limit.torque);
+    }
+    world.step(command);
+  }
+  if (recording) {
+    int last = 0;
+    for (const sim::Frame& f : recording->frames) last = std::max(last, f.phase);
+    while (static_cast<int>(recording->phases.size()) <= last) {
+      recording->phases.push_back(strategy == Strategy::kPlanned
+                                      ? "contact " + std::to_string(recording->phases.size())
+                                      : std::string(nameOf(strategy)));
+    }
+  }
+  return trial;
+}
+
+}  // namespace traceur::fall

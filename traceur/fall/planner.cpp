@@ -1,0 +1,315 @@
+#include "traceur/fall/planner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+
+#include "traceur/fall/expansion.h"
+
+namespace traceur::fall {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// The contact of a stopper now, where reach and speed allow it.
+std::optional<Impact> touch(const FallProblem& problem, const FallState& from, size_t edge,
+                            double theta2, double time, const PendulumState& s) {
+  const std::optional<double> r2 = stopperLength(s, theta2);
+  if (!r2 || !problem.reach[from.contact][edge].reachable(s.r, *r2, theta2)) return std::nullopt;
+  const double turn = std::abs(
+      std::remainder(theta2 - problem.first_angle[from.contact][edge], 2 * std::numbers::pi));
+  if (turn > time * problem.stopper_speed) return std::nullopt;
+  return impact(problem.model, s, theta2);
+}
+
+int stepsOf(const FallProblem& problem, double time) {
+  return static_cast<int>(std::lround(time / problem.model.step));
+}
+
+double rodRate(const FallProblem& problem, int i) {
+  const int n = problem.grid.rod_rates;
+  return n == 1 ? 0 : problem.rod_speed * (2.0 * i / (n - 1) - 1);
+}
+
+FallState nextOf(const PlannedContact& c) {
+  return {c.action.contact, c.from.time + c.action.duration, c.impact.after};
+}
+
+}  // namespace
+
+bool stopped(const FallProblem& problem, const PendulumState& after) {
+  if (after.theta_rate <= 0) return true;
+  if (problem.stall == Stall::kLiteral || after.theta >= 0) return false;
+  // With ṙ₁ = 0 it passes over its pivot if ½ r² θ̇² > g r (1 - cos θ).
+  return after.r * after.theta_rate * after.theta_rate <
+         2 * problem.model.gravity * (1 - std::cos(after.theta));
+}
+
+void expand(const FallProblem& problem, const FallState& from, Expansion& out) {
+  out.stops = false;
+  out.contacts.clear();
+  const std::vector<int>& next = problem.graph.edges[from.contact];
+  const int stride = stepsOf(problem, problem.grid.time);
+  const int last = stepsOf(problem, problem.horizon);
+  const int angles = static_cast<int>(std::lround(2 * std::numbers::pi / problem.grid.angle));
+  for (int i = 0; i < problem.grid.rod_rates; ++i) {
+    const double rate = rodRate(problem, i);
+    PendulumState s = from.pendulum;
+    for (int k = 1; k <= last && s.theta < std::numbers::pi / 2; ++k) {
+      step(problem.model, rate, s);
+      if (s.theta_rate <= 0) {
+        out.stops = out.stops || problem.stall == Stall::kStops;
+        break;
+      }
+      if (k % stride != 0) continue;
+      const double duration = k * problem.model.step;
+      for (size_t edge = 0; edge < next.size(); ++edge) {
+        for (int a = 0; a < angles; ++a) {
+          const double theta2 = -std::numbers::pi + (a + 1) * problem.grid.angle;
+          const auto hit = touch(problem, from, edge, theta2, from.time + duration, s);
+          if (!hit) continue;
+          out.contacts.push_back({from, {next[edge], theta2, duration, rate}, s, *hit});
+        }
+      }
+    }
+    if (out.stops) return;
+  }
+}
+
+std::optional<PlannedContact> tryAction(const FallProblem& problem, const FallState& from,
+                                        const FallAction& action) {
+  const std::vector<int>& next = problem.graph.edges[from.contact];
+  const auto edge = std::find(next.begin(), next.end(), action.contact);
+  if (edge == next.end()) return std::nullopt;
+  PendulumState s = from.pendulum;
+  for (int k = stepsOf(problem, action.duration); k > 0; --k) {
+    step(problem.model, action.rod_rate, s);
+    if (s.theta_rate <= 0 || s.theta >= std::numbers::pi / 2) return std::nullopt;
+  }
+  const auto hit =
+      touch(problem, from, edge - next.begin(), action.theta2, from.time + action.duration, s);
+  if (!hit) return std::nullopt;
+  return PlannedContact{from, action, s, *hit};
+}
+
+namespace {
+
+/// Depth first, with a memory for each depth.
+class Search {
+ public:
+  Search(const FallProblem& problem, bool prunes) : problem_(problem), prunes_(prunes) {}
+
+  /// The least cost below `bound` and its contacts in reverse; `bound` and nothing if there is
+  /// none.
+  double costToGo(const FallState& x, double bound, size_t depth,
+                  std::vector<PlannedContact>& plan) {
+    plan.clear();
+    if (stopped(problem_, x.pendulum)) return 0;
+    ++effort.states;
+    if (depth == levels_.size()) levels_.push_back(std::make_unique<Level>());
+    Level& level = *levels_[depth];
+    expand(problem_, x, level.expansion);
+    if (level.expansion.stops) return 0;
+    std::vector<PlannedContact>& contacts = level.expansion.contacts;
+    if (prunes_) {
+      std::stable_sort(contacts.begin(), contacts.end(),
+                       [](const PlannedContact& a, const PlannedContact& b) {
+                         return a.impact.impulse < b.impact.impulse;
+                       });
+    }
+    double best = bound;
+    for (const PlannedContact& c : contacts) {
+      if (prunes_ && c.impact.impulse >= best) break;
+      ++effort.actions;
+      const double rest = costToGo(nextOf(c), prunes_ ? best : kInfinity, depth + 1, level.deeper);
+      const double cost = std::max(c.impact.impulse, rest);
+      if (!(cost < best)) continue;
+      best = cost;
+      level.best = level.deeper;
+      level.best.push_back(c);
+      plan = level.best;
+      if (best == 0) break;
+    }
+    return best;
+  }
+
+  PlanEffort effort;
+
+ private:
+  struct Level {
+    Expansion expansion;
+    std::vector<PlannedContact> deeper, best;
+  };
+  const FallProblem& problem_;
+  bool prunes_;
+  std::vector<std::unique_ptr<Level>> levels_;
+};
+
+FallPlan plan(const FallProblem& problem, const FallState& start, bool prunes, PlanEffort* effort) {
+  Search search(problem, prunes);
+  FallPlan found;
+  found.cost = search.costToGo(start, kInfinity, 0, found.contacts);
+  std::reverse(found.contacts.begin(), found.contacts.end());
+  if (effort) *effort = search.effort;
+  return found;
+}
+
+/// Algorithm 1 with its cache of values.
+class CachedSearch {
+ public:
+  CachedSearch(const FallProblem& problem, double tolerance)
+      : problem_(problem), tolerance_(tolerance), seen_(problem.graph.nodes.size()) {}
+
+  double costToGo(const FallState& x, std::optional<FallAction>* first) {
+    if (stopped(problem_, x.pendulum)) return 0;
+    const Key key = keyOf(x);
+    if (!first) {
+      if (const Seen* near = nearest(x.contact, key)) return near->cost;
+    }
+    ++effort.states;
+    Expansion expansion;
+    expand(problem_, x, expansion);
+    double best = kInfinity;
+    std::optional<FallAction> action;
+    if (expansion.stops) best = 0;
+    for (const PlannedContact& c : expansion.contacts) {
+      if (expansion.stops) break;
+      ++effort.actions;
+      const double cost = std::max(c.impact.impulse, costToGo(nextOf(c), nullptr));
+      if (!(cost < best)) continue;
+      best = cost;
+      action = c.action;
+    }
+    seen_[x.contact].push_back({key, best, action});
+    if (first) *first = action;
+    return best;
+  }
+
+  /// The action of the nearest state seen, however far.
+  std::optional<FallAction> actionNear(const FallState& x) const {
+    const Seen* best = nullptr;
+    double least = kInfinity;
+    const Key key = keyOf(x);
+    for (const Seen& s : seen_[x.contact]) {
+      const double d = (s.key - key).squaredNorm();
+      if (d < least) {
+        least = d;
+        best = &s;
+      }
+    }
+    return best ? best->action : std::nullopt;
+  }
+
+  PlanEffort effort;
+
+ private:
+  using Key = Eigen::Matrix<double, 5, 1>;
+  struct Seen {
+    Key key;
+    double cost;
+    std::optional<FallAction> action;
+  };
+
+  /// Weights of t, θ₁, r₁, θ̇₁ and ṙ₁ [Ha2015, §4.3.3]; that of the contact, 100, lets no two
+  /// nodes be near each other.
+  static Key keyOf(const FallState& x) {
+    return {x.time, x.pendulum.theta, 0.1 * x.pendulum.r, 2 * x.pendulum.theta_rate,
+            4 * x.pendulum.r_rate};
+  }
+
+  const Seen* nearest(int contact, const Key& key) const {
+    for (const Seen& s : seen_[contact]) {
+      if ((s.key - key).squaredNorm() < tolerance_ * tolerance_) return &s;
+    }
+    return nullptr;
+  }
+
+  const FallProblem& problem_;
+  double tolerance_;
+  std::vector<std::vector<Seen>> seen_;
+};
+
+}  // namespace
+
+FallPlan planExactly(const FallProblem& problem, const FallState& start, PlanEffort* effort) {
+  return plan(problem, start, true, effort);
+}
+
+FallPlan planUnpruned(const FallProblem& problem, const FallState& start, PlanEffort* effort) {
+  return plan(problem, start, false, effort);
+}
+
+FallPlan planCached(const FallProblem& problem, const FallState& start, double tolerance,
+                    PlanEffort* effort) {
+  CachedSearch search(problem, tolerance);
+  std::optional<FallAction> action;
+  search.costToGo(start, &action);
+  std::vector<FallAction> actions;
+  FallState x = start;
+  while (action) {
+    const auto contact = tryAction(problem, x, *action);
+    actions.push_back(*action);
+    if (!contact) break;
+    x = nextOf(*contact);
+    if (stopped(problem, x.pendulum)) break;
+    action = search.actionNear(x);
+  }
+  if (effort) *effort = search.effort;
+  return replay(problem, start, actions);
+}
+
+FallPlan replay(const FallProblem& problem, const FallState& start,
+                const std::vector<FallAction>& actions) {
+  FallPlan plan;
+  FallState x = start;
+  Expansion expansion;
+  for (const FallAction& action : actions) {
+    if (stopped(problem, x.pendulum)) return plan;
+    const auto contact = tryAction(problem, x, action);
+    if (!contact) break;
+    plan.cost = std::max(plan.cost, contact->impact.impulse);
+    x = nextOf(*contact);
+    plan.contacts.push_back(*contact);
+  }
+  if (stopped(problem, x.pendulum)) return plan;
+  expand(problem, x, expansion);
+  if (!expansion.stops) plan.cost = kInfinity;
+  return plan;
+}
+
+std::vector<HeldImpact> heldFall(const FallProblem& problem, const FallState& start) {
+  struct Rigid {
+    const FallProblem::Part* part;
+    double r2;
+    double theta2;
+    bool down = false;
+  };
+  std::vector<Rigid> rest;
+  for (const FallProblem::Part& p : problem.parts) rest.push_back({&p, p.r2, p.theta2, false});
+  std::vector<HeldImpact> impacts;
+  PendulumState s = start.pendulum;
+  double time = start.time;
+  const int last = stepsOf(problem, problem.horizon);
+  for (int k = 0; k < last && s.theta_rate > 0 && s.theta < std::numbers::pi / 2; ++k) {
+    step(problem.model, 0, s);
+    time += problem.model.step;
+    for (Rigid& r : rest) {
+      const double angle = s.theta + r.theta2;
+      if (r.down || s.com().y() + r.r2 * std::cos(angle) > 0) continue;
+      r.down = true;
+      const auto hit = impact(problem.model, s, r.theta2);
+      if (!hit) continue;
+      impacts.push_back({r.part->name, time, hit->impulse});
+      // The rod turns to the new pivot; what is fixed to the body stays where it is.
+      const double turned = s.theta - hit->after.theta;
+      for (Rigid& other : rest) other.theta2 += turned;
+      s = hit->after;
+      break;
+    }
+  }
+  return impacts;
+}
+
+}  // namespace traceur::fall
