@@ -88,8 +88,8 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
     try {
       direct.optimize(x, value);
     } catch (const std::runtime_error&) {
-      // "sample-points failed": NLopt sizes DIRECT's memory by the trials allowed, and where many
-      // rectangles tie one iteration can want more. What it found until then stands.
+      // On a plain it divides many boxes at once and runs out of room for them: what it found until
+      // then stands.
     }
   }
   const PolishProblem problem(trials, lower, upper);

@@ -45,6 +45,15 @@ TEST(PolicySearch, SurvivesNaNAndRefusesBadBounds) {
   EXPECT_THROW(searchPolicy(bowl, low, high, {.warm = VectorXd::Zero(3)}), InputError);
 }
 
+/// DIRECT runs out of room for its boxes there.
+TEST(PolicySearch, SurvivesAPlain) {
+  const VectorXd high = VectorXd::Ones(5);
+  const auto plain = [](const VectorXd& x) { return x[0] > 0.99 ? 0.0 : 1.0; };
+  const FoundPolicy found = searchPolicy(plain, -high, high, {.direct = 1000});
+  EXPECT_EQ(found.parameters.size(), 5);
+  EXPECT_GT(found.trials, 100);
+}
+
 TEST(PolicySearch, BalancesTheBoard) {
   BongoBoard board;
   VectorXd x0 = VectorXd::Zero(6);
