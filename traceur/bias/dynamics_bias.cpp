@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -41,17 +42,22 @@ gp::Regression regressionOf(const std::vector<BiasSample>& samples, const BiasOp
     regression.add(inputOf(s.x, s.u, o),
                    VectorXd(s.difference.cwiseProduct(o.output_scale))(learned));
   }
-  if (samples.empty() || o.other_lengths.empty()) return regression;
+  if (samples.empty() || (o.other_lengths.empty() && o.other_signals.empty())) return regression;
+  std::vector<VectorXd> lengths = {o.kernel.lengths};
+  lengths.insert(lengths.end(), o.other_lengths.begin(), o.other_lengths.end());
+  std::vector<double> signals = {o.kernel.signal};
+  signals.insert(signals.end(), o.other_signals.begin(), o.other_signals.end());
   gp::Kernel best = o.kernel;
   double most = regression.logLikelihood();
-  for (const VectorXd& lengths : o.other_lengths) {
-    gp::Kernel kernel = o.kernel;
-    kernel.lengths = lengths;
-    regression.setKernel(kernel);
-    const double likelihood = regression.logLikelihood();
-    if (!(likelihood > most)) continue;
-    most = likelihood;
-    best = std::move(kernel);
+  for (const double signal : signals) {
+    for (const VectorXd& l : lengths) {
+      gp::Kernel kernel{l, signal, o.kernel.noise};
+      regression.setKernel(kernel);
+      const double likelihood = regression.logLikelihood();
+      if (!(likelihood > most)) continue;
+      most = likelihood;
+      best = std::move(kernel);
+    }
   }
   regression.setKernel(best);
   return regression;
@@ -84,6 +90,52 @@ VectorXd constantBias(Plant& model, const VectorXd& x0, const MatrixXd& u, const
   const VectorXd missed = VectorXd(x1 - alone)(learned);
   bias(learned) = VectorXd(S.partialPivLu().solve(missed));
   return bias;
+}
+
+/// The states from x0 on with `more` added to each input.
+MatrixXd pathOf(Plant& model, const VectorXd& x0, const MatrixXd& u, const VectorXd& more) {
+  MatrixXd x(x0.size(), u.cols() + 1);
+  model.reset(x0);
+  x.col(0) = x0;
+  for (Eigen::Index i = 0; i < u.cols(); ++i) {
+    model.step(u.col(i) + more);
+    x.col(i + 1) = model.state();
+  }
+  return x;
+}
+
+struct Window {
+  MatrixXd x;           ///< (n x k + 1) states
+  VectorXd difference;  ///< BiasSample's
+};
+
+Window inputBias(Plant& model, const MatrixXd& readings, const MatrixXd& u, const VectorXd& noise) {
+  static constexpr double kLeastNoise = 1e-12;  // variance, where none was seen
+  static constexpr double kSmall = 1e-5;        // for differences
+  const Eigen::Index n = readings.rows();
+  const VectorXd weights = noise.cwiseMax(kLeastNoise).cwiseSqrt().cwiseInverse();
+  const auto weighted = [&](const MatrixXd& x) {
+    return VectorXd((weights.asDiagonal() * x).reshaped());
+  };
+  VectorXd x0 = readings.col(0);
+  VectorXd more = VectorXd::Zero(u.rows());
+  MatrixXd x = pathOf(model, x0, u, more);
+  for (int round = 0; round < 2; ++round) {
+    MatrixXd J(readings.size(), n + u.rows());
+    for (Eigen::Index i = 0; i < J.cols(); ++i) {
+      double& value = i < n ? x0[i] : more[i - n];
+      const double here = value;
+      value += kSmall;
+      J.col(i) = weighted(pathOf(model, x0, u, more) - x) / kSmall;
+      value = here;
+    }
+    const VectorXd change =
+        (J.transpose() * J).ldlt().solve(J.transpose() * weighted(readings - x));
+    x0 += change.head(n);
+    more += change.tail(u.rows());
+    x = pathOf(model, x0, u, more);
+  }
+  return {std::move(x), std::move(more)};
 }
 
 }  // namespace
@@ -119,13 +171,17 @@ std::vector<BiasSample> samplesOf(const RunLog& log, Plant& model, const BiasOpt
       u.segment(m * static_cast<Eigen::Index>(1 + l), m) =
           log.u.middleCols(from, count).rowwise().sum() / k;
     }
+    const MatrixXd readings = log.x.middleCols(t, k + 1);
+    const MatrixXd inputs = log.u.middleCols(t, k);
+    const Window window = o.noise.size() > 0
+                              ? inputBias(model, readings, inputs, o.noise)
+                              : Window{readings, constantBias(model, readings.col(0), inputs,
+                                                              readings.col(k), learned)};
     for (Eigen::Index d = 0; d < directions; ++d) {
       u[u.size() - directions + d] =
-          (log.x.row(o.directions[d]).segment(t, k) / o.direction_scale).array().tanh().mean();
+          (window.x.row(o.directions[d]).head(k) / o.direction_scale).array().tanh().mean();
     }
-    samples.push_back(
-        {log.x.middleCols(t, k).rowwise().mean(), std::move(u),
-         constantBias(model, log.x.col(t), log.u.middleCols(t, k), log.x.col(t + k), learned)});
+    samples.push_back({window.x.leftCols(k).rowwise().mean(), std::move(u), window.difference});
   }
   return samples;
 }
@@ -169,7 +225,7 @@ double DynamicsBias::predict(const VectorXd& x, const VectorXd& u, VectorXd& dif
   // The outputs share a kernel, so all their variances are this one.
   const auto m = static_cast<double>(unscale_.size());
   const double weight = std::exp(-options_.decay * m * variance * variance);
-  difference.setZero(n);
+  difference.setZero(options_.output_scale.size());
   for (Eigen::Index i = 0; i < unscale_.size(); ++i) {
     difference[learned_[i]] = weight * s.output[i] * unscale_[i];
   }
@@ -222,6 +278,10 @@ void CorrectedPlant::step(const VectorXd& u) {
   }
   now_ = (now_ + 1) % past_.cols();
   bias_->predict(model_->state(), u_, difference_, scratch_);
+  if (o.noise.size() > 0) {
+    model_->step(u + difference_);
+    return;
+  }
   model_->step(u);
   x_ = model_->state() + difference_;
   model_->reset(x_);

@@ -41,19 +41,27 @@ struct BiasOptions {
   /// that what does not matter is left out. A free fit has too many to find from noiseless samples
   /// that are alike [ours].
   std::vector<VectorXd> other_lengths;
+  /// Signals to try in the same way, each with all lengths: a smaller one is likelier where the
+  /// model is right and the samples are noise [ours].
+  std::vector<double> other_signals;
   /// A sample is the difference over so many steps. 1 is the printed one-step difference, which of
   /// a plant with contacts is mostly their jitter; 10 and more average it away [ours].
   int average = 20;
   int stride = 40;   ///< steps from one sample to the next
   int most = 100;    ///< samples kept of all runs, those farthest from each other
   double decay = 1;  ///< d of [Ha2015, Eq. 55]
+  /// (n) > 0 for noise that hides what the difference of each state is. What is learned is then
+  /// what the inputs lack, x_{t+1} = f(x_t, u_t + g(x_t, u_t)), and output_scale is (m): a bias of
+  /// few components, which cannot push a machine at rest where no input could [ours]. Empty:
+  /// readings are exact.
+  VectorXd noise;
 };
 
 /// A sample: in state x, given u, the plant moved by `difference` more in a step than the model.
 struct BiasSample {
   VectorXd x;           ///< (n)
   VectorXd u;           ///< (m (1 + lags)), of now, then of each lag, 0 before a run; directions
-  VectorXd difference;  ///< (n), of one step; 0 where it is not learned
+  VectorXd difference;  ///< (n), of one step; 0 where it is not learned. (m) of inputs, with noise
 };
 
 /// The differences of a run over k = options.average steps each: the constant Δ that, added to the
@@ -64,6 +72,12 @@ struct BiasSample {
 ///
 /// in the components that are learned. For k = 1 it is x_{t+1} - Φ_1 [Ha2015, Eq. 54]. The sample's
 /// x and u are the means over its steps.
+///
+/// With options.noise, of variances σ², the first state is not known either: the sample is the δ of
+///
+///     min over x_0, δ of  Σ_{i=0..k} ‖(x_{t+i} - Φ_i(x_0; u_t + δ … u_{t+i-1} + δ)) / σ‖²
+///
+/// by two steps of Gauss and Newton, and its x the mean of the states found.
 /// @param model  has no state besides x
 /// @param keep  whether a reading may be used; a sample needs all of its own
 /// @throws InputError for a log of another plant's sizes or time step
@@ -93,7 +107,7 @@ class DynamicsBias {
     gp::Predictor::Scratch gp;
   };
   /// @param u           as BiasSample's
-  /// @param difference  (n) written: what a step adds to the model's
+  /// @param difference  written: what a step adds to the model's state (n), or to its input (m)
   /// @return the weight exp(-d |v|²) that is in it already
   double predict(const VectorXd& x, const VectorXd& u, VectorXd& difference,
                  Scratch& scratch) const;
@@ -110,7 +124,8 @@ class DynamicsBias {
 /// in their order: 1 - Σ(Δ - g)² / ΣΔ². Measured against no correction at all, not against a mean.
 VectorXd explained(const DynamicsBias& bias, const std::vector<BiasSample>& samples);
 
-/// A model with its bias: x_{t+1} = f(x_t, u_t) + g(x_t, u_t) [Ha2015, Eq. 50].
+/// A model with its bias: x_{t+1} = f(x_t, u_t) + g(x_t, u_t) [Ha2015, Eq. 50], or that of its
+/// inputs, f(x_t, u_t + g(x_t, u_t)).
 class CorrectedPlant : public Plant {
  public:
   CorrectedPlant(std::unique_ptr<Plant> model, std::shared_ptr<const DynamicsBias> bias);

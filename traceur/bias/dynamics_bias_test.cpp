@@ -96,6 +96,38 @@ TEST(DynamicsBias, AveragesOverStepsAndSkipsBadReadings) {
   EXPECT_EQ(some.size(), 1U);
 }
 
+/// Readings whose noise is forty times what the machine does otherwise in a step: the torque it
+/// lacks is told all the same, and a model that is right is left as it is.
+TEST(DynamicsBias, OfInputsIsToldThroughNoise) {
+  static constexpr double kDeviation = 0.02;
+  Line model(-1, 1);
+  BiasOptions o = lineOptions();
+  o.noise = VectorXd::Constant(1, kDeviation * kDeviation);
+  o.output_scale = VectorXd::Ones(1);
+  o.other_signals = {0.1, 0.01};
+  o.average = 40;
+  o.stride = 20;
+  o.kernel.noise = 0.1;
+  for (const double part : {0.6, 1.0}) {
+    Line plant(-1, part);
+    RunLog log = drive(plant, VectorXd::Zero(1), 4000, [](int t) { return std::sin(0.01 * t); });
+    Random random(3);
+    for (double& x : log.x.reshaped()) x += kDeviation * random.normal();
+    const DynamicsBias bias(samplesOf(log, model, o, all), o);
+    DynamicsBias::Scratch scratch;
+    VectorXd g;
+    bias.predict(VectorXd::Zero(1), VectorXd::Constant(1, 0.5), g, scratch);
+    ASSERT_EQ(g.size(), 1);
+    EXPECT_NEAR(g[0], (part - 1) * 0.5, 0.03) << part;
+
+    CorrectedPlant corrected(std::make_unique<Line>(model),
+                             std::make_shared<const DynamicsBias>(bias));
+    corrected.reset(VectorXd::Zero(1));
+    corrected.step(VectorXd::Constant(1, 0.5));
+    EXPECT_NEAR(corrected.state()[0], 0.01 * (0.5 + g[0]), 1e-12);
+  }
+}
+
 TEST(DynamicsBias, SpreadKeepsTheFarthest) {
   BiasOptions o = lineOptions();
   o.most = 3;
