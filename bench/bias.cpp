@@ -95,7 +95,7 @@ int main() {
   const double begin = cpuSeconds();
   for (int i = 0; i < kRollouts; ++i) {
     const auto x = bias::bongoStart(1e-5 * i, 0.002);
-    up += bias::balance(*models[0], o.board, policy, x).failed() ? 0 : 1;
+    up += bias::balance(*models.plants[0], o.board, policy, x).failed() ? 0 : 1;
   }
   fmt::print("1000 rollouts of 5 s on the corrected model {:5.1f} s ({} of {} stayed up)\n",
              (cpuSeconds() - begin) * 1000 / kRollouts, up, kRollouts);

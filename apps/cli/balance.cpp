@@ -188,7 +188,8 @@ int fit(const Arguments& a) {
     logs.push_back(bias::readLog(file, bias::bongoLogFormat()));
   }
   bias::BongoBoard model(o.board);
-  const bias::BiasOptions options = bias::bongoBias(o.method);
+  const VectorXd noise = bias::readingNoise(logs, model, bias::bongoKeeps);
+  const bias::BiasOptions options = bias::bongoBias(o.method, noise);
   std::vector<bias::BiasSample> train, test;
   for (size_t l = 0; l < logs.size(); ++l) {
     if (std::abs(logs[l].time_step - model.timeStep()) > 1e-9) {
@@ -217,7 +218,6 @@ int fit(const Arguments& a) {
   if (!test.empty() && !train.empty()) {
     explained = bias::explained(bias::DynamicsBias(bias::spread(train, options), options), test);
   }
-  const VectorXd noise = bias::readingNoise(logs, model, bias::bongoKeeps);
   const double success = bias::BalanceCost().failure;
   const double hidden = task.most * static_cast<double>(task.starts.size() - 1);
   if (!logs.empty() && !(found.cost < task.success + hidden)) {

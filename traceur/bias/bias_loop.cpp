@@ -15,11 +15,11 @@ ModelLearner biasLearner(std::function<std::unique_ptr<Plant>()> model, BiasOpti
       const auto seen = samplesOf(log, *nominal, options, keep);
       samples.insert(samples.end(), seen.begin(), seen.end());
     }
-    std::vector<std::unique_ptr<Plant>> models;
+    LearnedModels models;
     if (samples.empty()) {
-      models.push_back(model());
+      models.plants.push_back(model());
     } else {
-      models.push_back(std::make_unique<CorrectedPlant>(
+      models.plants.push_back(std::make_unique<CorrectedPlant>(
           model(), std::make_shared<const DynamicsBias>(spread(samples, options), options)));
     }
     return models;
@@ -29,13 +29,29 @@ ModelLearner biasLearner(std::function<std::unique_ptr<Plant>()> model, BiasOpti
 FoundPolicy searchOnModels(const BiasTask& task, const ModelLearner& learner,
                            const std::vector<RunLog>& logs, int iteration, const VectorXd& warm,
                            PolicySearchOptions options) {
-  const std::vector<std::unique_ptr<Plant>> models = learner(logs, iteration);
+  const LearnedModels models = learner(logs, iteration);
   options.seed += iteration;
   if (warm.size() > 0) options.warm = warm;
+  if (models.by_chance && options.warm && options.polish > 0) {
+    static constexpr double kNear = 0.4;  // of the first step: the policy is no stranger [ours]
+    options.direct = 0;
+    options.rounds = 1;
+    options.polish /= 2;  // of about thrice as many episodes
+    options.polish_step *= kNear;
+    const auto mean = [&](const VectorXd& parameters) {
+      const auto& starts = task.many_starts.empty() ? task.starts : task.many_starts;
+      double sum = 0;
+      for (const VectorXd& x0 : starts) {
+        for (const auto& model : models.plants) sum += task.run(*model, parameters, x0);
+      }
+      return sum / static_cast<double>(starts.size() * models.plants.size());
+    };
+    return searchPolicy(mean, task.lower, task.upper, options);
+  }
   const auto cost = [&](const VectorXd& parameters) {
     double worst = -std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < task.starts.size(); ++i) {
-      for (const auto& model : models) {
+      for (const auto& model : models.plants) {
         worst = std::max(worst, task.run(*model, parameters, task.starts[i]));
       }
       if (!(worst < task.success)) {

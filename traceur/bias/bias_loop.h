@@ -11,12 +11,17 @@
 
 namespace traceur::bias {
 
-/// Makes models of a plant from what was seen of it; the policy search runs a policy on each, and
-/// the worst counts.
+/// What is known of a plant; the policy search runs a policy on each model.
+struct LearnedModels {
+  std::vector<std::unique_ptr<Plant>> plants;
+  /// They are so noisy that luck has its part in each episode.
+  bool by_chance = false;
+};
+
+/// Makes models of a plant from what was seen of it.
 /// @param logs       of all runs that count, none at first
 /// @param iteration  from 0
-using ModelLearner = std::function<std::vector<std::unique_ptr<Plant>>(
-    const std::vector<RunLog>& logs, int iteration)>;
+using ModelLearner = std::function<LearnedModels(const std::vector<RunLog>& logs, int iteration)>;
 
 /// The model corrected by its bias, or alone while there are no samples.
 /// @param model  makes a new model of the plant
@@ -32,6 +37,9 @@ struct BiasTask {
   /// From which the policy search runs the models, the easiest first; the worst counts. One that
   /// does not succeed hides those after it, so that a search climbs from start to start [ours].
   std::vector<VectorXd> starts;
+  /// The same for models by chance, of which the mean counts: the worst of a few says how unlucky
+  /// the unluckiest was [ours]. Empty: `starts` does.
+  std::vector<VectorXd> many_starts;
   double success = 0;  ///< Z_max: a run has succeeded at a lower cost
   double most = 0;     ///< what no run costs more than; each hidden start counts so much
 };
@@ -62,7 +70,9 @@ struct BiasLearned {
   int plant_runs = 0;
 };
 
-/// The policy that costs least on the models that the logs teach.
+/// The policy that costs least on the models that the logs teach. Where they are by chance and
+/// there is a policy to begin with, that one is polished: costs of no meaning would lead DIRECT
+/// astray.
 /// @param iteration  from 0, for the seed
 /// @param warm       a policy to begin with, or empty
 FoundPolicy searchOnModels(const BiasTask& task, const ModelLearner& learner,

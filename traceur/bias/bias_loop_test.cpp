@@ -124,8 +124,8 @@ TEST(BiasLoop, AStartThatFailsHidesThoseAfterIt) {
     return std::abs(parameters[0]);
   };
   const auto models = [](const std::vector<RunLog>&, int) {
-    std::vector<std::unique_ptr<Plant>> one;
-    one.push_back(std::make_unique<Slide>(1));
+    LearnedModels one;
+    one.plants.push_back(std::make_unique<Slide>(1));
     return one;
   };
   PolicySearchOptions once{.direct = 0, .polish = 0};
@@ -137,6 +137,35 @@ TEST(BiasLoop, AStartThatFailsHidesThoseAfterIt) {
   EXPECT_EQ(asked, (std::vector<double>{0, 100}));
   EXPECT_EQ(cost_at(0.5), 1000.5);
   EXPECT_EQ(asked, (std::vector<double>{0}));
+}
+
+/// Of models by chance the mean over many starts is polished, from the policy there is.
+TEST(BiasLoop, ModelsByChanceCountByTheirMean) {
+  BiasTask task;
+  task.lower = VectorXd::Constant(1, -1);
+  task.upper = VectorXd::Constant(1, 1);
+  task.starts = {VectorXd::Zero(1)};
+  task.many_starts = {VectorXd::Constant(1, 0.2), VectorXd::Constant(1, 0.6)};
+  task.success = 1;
+  task.most = 10;
+  task.run = [](Plant&, const VectorXd& parameters, const VectorXd& x0) {
+    return (parameters - x0).squaredNorm();
+  };
+  bool by_chance = true;
+  const auto models = [&](const std::vector<RunLog>&, int) {
+    LearnedModels one;
+    one.plants.push_back(std::make_unique<Slide>(1));
+    one.by_chance = by_chance;
+    return one;
+  };
+  const PolicySearchOptions o{.polish = 200, .polish_step = 0.2};
+  const VectorXd warm = VectorXd::Constant(1, 0.9);
+  const FoundPolicy found = searchOnModels(task, models, {}, 1, warm, o);
+  EXPECT_NEAR(found.parameters[0], 0.4, 1e-3);
+  EXPECT_NEAR(found.cost, 0.04, 1e-5);
+  EXPECT_LE(found.trials, 110);
+  by_chance = false;
+  EXPECT_NEAR(searchOnModels(task, models, {}, 1, warm, o).parameters[0], 0, 1e-3);
 }
 
 }  // namespace

@@ -23,6 +23,8 @@ constexpr double kFirstTilt = 0.25 * kDegree;  // the paper's only start of the 
 constexpr std::uint64_t kStarts = 1;
 constexpr std::uint64_t kTries = 2;
 constexpr std::uint64_t kFaults = 3;
+constexpr std::uint64_t kManyStarts = 4;
+constexpr std::uint64_t kNoise = 5;
 
 size_t indexOf(std::string_view name, const std::vector<std::string>& names, const char* what) {
   const auto at = std::find(names.begin(), names.end(), name);
@@ -132,12 +134,18 @@ BiasTask bongoTask(const BongoLearning& o) {
       }
     }
   }
+  static constexpr int kMany = 20;  // [ours]
+  Random random(o.seed, kManyStarts);
+  for (int i = 0; i < kMany; ++i) {
+    const double wheel = random.uniform(-o.start_angle, o.start_angle);
+    task.many_starts.push_back(bongoStart(wheel, random.uniform(-o.start_angle, o.start_angle)));
+  }
   task.success = BalanceCost().failure;
   task.most = BalanceCost().failure * (BalanceCost().steps + 1);
   return task;
 }
 
-BiasOptions bongoBias(BongoMethod method) {
+BiasOptions bongoBias(BongoMethod method, const VectorXd& noise) {
   BiasOptions o;
   const bool published = method == BongoMethod::kPublished;
   if (published) {
@@ -168,6 +176,25 @@ BiasOptions bongoBias(BongoMethod method) {
       }
     }
   }
+  if (method != BongoMethod::kBias) return o;
+  const double variance = noise.tail<3>().mean();
+  // Both ends of a difference have it.
+  const double uncertain = std::sqrt(2 * variance) / o.average * o.output_scale.tail<3>().mean();
+  if (uncertain <= o.kernel.signal) {
+    o.kernel.noise = std::hypot(o.kernel.noise, uncertain);
+    return o;
+  }
+  o.noise = noise;
+  o.output_scale = VectorXd::Constant(1, 0.2);  // torques of about 5 N·m [ours]
+  o.other_signals = {0.3, 0.1, 0.03, 0.01};
+  // A torque is the slope of θ' by that of 1 N·m, and a slope of k readings with noise σ has
+  // 12 σ² / k³: so many that it is the kernel's.
+  BongoBoard board;
+  board.step(VectorXd::Ones(1));
+  const double scaled = 12 * variance * std::pow(o.output_scale[0] / board.state()[5], 2);
+  o.average = std::max(
+      o.average, static_cast<int>(std::ceil(std::cbrt(scaled / std::pow(o.kernel.noise, 2)))));
+  o.kernel.noise = std::hypot(o.kernel.noise, std::sqrt(scaled / std::pow(o.average, 3)));
   return o;
 }
 
@@ -176,48 +203,46 @@ bool bongoKeeps(const VectorXd& x) {
 }
 
 ModelLearner bongoLearner(const BongoLearning& o) {
-  using Models = std::vector<std::unique_ptr<Plant>>;
   const BongoParameters board = o.board;
   const auto nominal = [board] { return std::make_unique<BongoBoard>(board); };
   const BiasOptions options = bongoBias(o.method);
-  // The models with the noise that the logs show.
-  const auto noisy = [nominal, seed = o.seed](const std::vector<RunLog>& logs, Models models) {
+  // The models with the noise that the logs show, drawn anew in each iteration.
+  const auto noisy = [nominal, seed = o.seed](const std::vector<RunLog>& logs, int iteration,
+                                              LearnedModels models) {
     BongoBoard model = *nominal();
     const VectorXd noise = readingNoise(logs, model, bongoKeeps);
     if (noise.isZero()) return models;
-    for (auto& plant : models) {
-      plant = std::make_unique<NoisyPlant>(std::move(plant), noise, seed);
+    models.by_chance = bongoBias(BongoMethod::kBias, noise).noise.size() > 0;
+    Random random(seed, kNoise, static_cast<std::uint64_t>(iteration));
+    for (auto& plant : models.plants) {
+      plant = std::make_unique<NoisyPlant>(std::move(plant), noise, random.bits());
     }
     return models;
   };
   switch (o.method) {
     case BongoMethod::kBias:
-      return [noisy, nominal, options](const std::vector<RunLog>& logs, int iteration) {
-        BiasOptions here = options;
+      return [noisy, nominal](const std::vector<RunLog>& logs, int iteration) {
         BongoBoard model = *nominal();
-        const VectorXd noise = readingNoise(logs, model, bongoKeeps);
-        // Both ends of a difference have it.
-        here.kernel.noise =
-            std::hypot(here.kernel.noise, std::sqrt(2 * noise.tail<3>().mean()) / here.average *
-                                              here.output_scale.tail<3>().mean());
-        return noisy(logs, biasLearner(nominal, here, bongoKeeps)(logs, iteration));
+        const BiasOptions here =
+            bongoBias(BongoMethod::kBias, readingNoise(logs, model, bongoKeeps));
+        return noisy(logs, iteration, biasLearner(nominal, here, bongoKeeps)(logs, iteration));
       };
     case BongoMethod::kPublished:
       return biasLearner(nominal, options, bongoKeeps);
     case BongoMethod::kIdentify:
-      return [noisy, board, options](const std::vector<RunLog>& logs, int) {
-        Models models;
-        models.push_back(
+      return [noisy, board, options](const std::vector<RunLog>& logs, int iteration) {
+        LearnedModels models;
+        models.plants.push_back(
             std::make_unique<FaultyBongoBoard>(board, identify(logs, board, options, bongoKeeps)));
-        return noisy(logs, std::move(models));
+        return noisy(logs, iteration, std::move(models));
       };
     case BongoMethod::kRandomise:
       return [board, seed = o.seed](const std::vector<RunLog>&, int iteration) {
         static constexpr int kModels = 4;  // [ours]
-        Models models;
+        LearnedModels models;
         Random random(seed, kFaults, static_cast<std::uint64_t>(iteration));
         for (int i = 0; i < kModels; ++i) {
-          models.push_back(std::make_unique<FaultyBongoBoard>(board, randomFaults(random)));
+          models.plants.push_back(std::make_unique<FaultyBongoBoard>(board, randomFaults(random)));
         }
         return models;
       };
@@ -225,8 +250,8 @@ ModelLearner bongoLearner(const BongoLearning& o) {
       break;
   }
   return [nominal](const std::vector<RunLog>&, int) {
-    Models models;
-    models.push_back(nominal());
+    LearnedModels models;
+    models.plants.push_back(nominal());
     return models;
   };
 }

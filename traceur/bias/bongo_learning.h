@@ -74,8 +74,11 @@ BongoBoard::State bongoStart(double wheel_angle, double board_angle);
 BiasTask bongoTask(const BongoLearning& options);
 ModelLearner bongoLearner(const BongoLearning& options);
 BiasLoopOptions bongoLoop(const BongoLearning& options);
-/// What a method that learns a bias learns it with.
-BiasOptions bongoBias(BongoMethod method);
+/// What a method that learns a bias learns it with. Samples that the noise of the readings makes
+/// less certain than 1, the prior's standard deviation, tell no rate's bias: with such noise
+/// kBias learns that of the torque, from windows as long as it takes.
+/// @param noise  (6) variances, of the readings
+BiasOptions bongoBias(BongoMethod method, const VectorXd& noise = VectorXd::Zero(6));
 /// Whether a reading is of use to learn from: the data filters of [Ha2015, §8.3.3] that a single
 /// reading can be judged by, with the numbers of its experiments.
 bool bongoKeeps(const VectorXd& x);

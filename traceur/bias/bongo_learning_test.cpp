@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "traceur/bias/noisy_plant.h"
 #include "traceur/core/error.h"
 
 namespace traceur::bias {
@@ -90,14 +91,63 @@ TEST(BongoLearning, EveryMethodMakesModels) {
     const std::vector<RunLog> logs = {runMachine(machine, {}, VectorXd::Zero(5), 1, 0).log};
     for (const auto& seen : {std::vector<RunLog>(), logs}) {
       const auto models = learner(seen, 0);
-      ASSERT_FALSE(models.empty()) << name;
-      for (const auto& model : models) {
+      ASSERT_FALSE(models.plants.empty()) << name;
+      for (const auto& model : models.plants) {
         model->reset(bongoStart(0, 0.004));
         model->step(VectorXd::Zero(1));
         EXPECT_TRUE(model->state().allFinite()) << name;
       }
     }
   }
+}
+
+TEST(BongoLearning, NoiseThatHidesABiasLeavesThatOfTheTorque) {
+  const auto noise = [](double of_rates) {
+    VectorXd v(6);
+    v << VectorXd::Constant(3, 1e-3 * of_rates), VectorXd::Constant(3, of_rates);
+    return v;
+  };
+  const BiasOptions quiet = bongoBias(BongoMethod::kBias);
+  const BiasOptions some = bongoBias(BongoMethod::kBias, noise(0.016));
+  EXPECT_EQ(some.output_scale.size(), 6);
+  EXPECT_EQ(some.average, quiet.average);
+  EXPECT_GT(some.kernel.noise, quiet.kernel.noise);
+  const BiasOptions strong = bongoBias(BongoMethod::kBias, noise(0.128));
+  EXPECT_EQ(strong.output_scale.size(), 1);
+  EXPECT_GT(strong.average, 2 * quiet.average);
+  EXPECT_EQ(bongoBias(BongoMethod::kPublished, noise(0.128)).noise.size(), 0);
+}
+
+/// Of a heavier machine that reads 0.01 rad and 0.36 rad/s wrong: that it answers less.
+TEST(BongoLearning, AHeavierMachineIsToldThroughTheStrongestNoise) {
+  BongoMachine machine;
+  machine.faults = {.inertia_scale = 1.2,
+                    .torque_variance = 0.1,
+                    .angle_variance = 1.28e-4,
+                    .rate_variance = 0.128};
+  VectorXd parameters(5);  // balances on it
+  parameters << 7.4, 3.1, -2.45, -1.3, 5.45;
+  std::vector<RunLog> logs;
+  for (int i = 0; i < 2; ++i) logs.push_back(runMachine(machine, {}, parameters, 1, i).log);
+  const auto models = bongoLearner({})(logs, 1);
+  EXPECT_TRUE(models.by_chance);
+  BongoBoard board;
+  const VectorXd noise = readingNoise(logs, board, bongoKeeps);
+  const BiasOptions o = bongoBias(BongoMethod::kBias, noise);
+  std::vector<BiasSample> samples;
+  for (const RunLog& log : logs) {
+    const auto seen = samplesOf(log, board, o, bongoKeeps);
+    samples.insert(samples.end(), seen.begin(), seen.end());
+  }
+  const DynamicsBias bias(spread(samples, o), o);
+  DynamicsBias::Scratch scratch;
+  VectorXd u = VectorXd::Constant(4, 20);  // of now, twice earlier, and the direction
+  u[3] = 0;
+  VectorXd g;
+  bias.predict(VectorXd::Zero(6), u, g, scratch);
+  EXPECT_NEAR(g[0], -20.0 / 6, 1.7);
+  bias.predict(VectorXd::Zero(6), VectorXd::Zero(4), g, scratch);
+  EXPECT_NEAR(g[0], 0, 0.5);
 }
 
 }  // namespace
