@@ -5,7 +5,7 @@ namespace traceur::cli {
 const std::vector<AddVerb>& allVerbs() {
   static const std::vector<AddVerb> kVerbs = {
       addLearn, addPerform, addExport,  addShow,     addRender,
-      addPlot,  addInspect, addBalance, addMinimise, addReproduce,
+      addPlot,  addInspect, addFall, addBalance, addMinimise, addReproduce,
   };
   return kVerbs;
 }

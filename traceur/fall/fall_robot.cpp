@@ -155,9 +155,16 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   if (!(falls.stopper_speed > 0)) {
     reader.fail("stopper_speed", "\"stopper_speed\": expected > 0 [rad/s]");
   }
+  falls.tracking.stiffness = reader.number("stiffness", 1);
+  falls.tracking.damping = reader.number("damping", 1);
+  for (const char* factor : {"stiffness", "damping"}) {
+    if (!(reader.number(factor, 1) >= 0)) {
+      reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
+    }
+  }
   for (const TomlReader& row : reader.tables("fall")) {
     FallSetup setup{readPose(row, "stance"), row.string("direction"),
-                    readGraph(row.table("graph"), robot)};
+                    readGraph(row.table("graph"), robot), row.boolean("stands", true)};
     if (setup.direction != "forward" && setup.direction != "backward") {
       row.fail("direction", "\"direction\": expected forward or backward");
     }

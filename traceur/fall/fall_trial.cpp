@@ -1,11 +1,14 @@
 #include "traceur/fall/fall_trial.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
 #include <limits>
 
 #include "traceur/control/stable_pd.h"
+#include "traceur/core/error.h"
 
 namespace traceur::fall {
 namespace {
@@ -325,16 +328,44 @@ FallMotion motionOf(const FallPlan& plan, const PendulumModel& model, const Sagi
   return motion;
 }
 
-FallSimulator::FallSimulator(const FallRobot& falls, FallSetup setup, FallProtocol protocol,
-                             FallTracking tracking)
+FallSimulator::FallSimulator(const FallRobot& falls, FallSetup setup, FallProtocol protocol)
     : falls_(&falls),
       protocol_(protocol),
-      tracking_(tracking),
       body_(modelOf(falls, protocol), std::move(setup)),
       stance_(body_.model()->stateOf(falls.robot->poses.at(body_.setup().stance))) {}
 
-FallTrial FallSimulator::begin(const Push& push) {
-  return run(push, Strategy::kHold);  // until there is a cheaper way
+void FallSimulator::checkStance() const {
+  constexpr double kStill = 0.5;       // [s]
+  constexpr double kOffGround = 0.02;  // of the COM's height
+  const std::string& stance = body_.setup().stance;
+  const ContactNode& first = body_.setup().graph.nodes[0];
+  sim::World world(body_.model());
+  world.reset(stance_);
+  const sim::Snapshot& s = world.snapshot();
+  for (const std::string& name : first.points) {
+    const double height = body_.point(s, name).z();
+    if (height <= kOffGround * body_.com(s).y()) continue;
+    throw InputError(fmt::format(
+        "{}: in the stance \"{}\" the contact point \"{}\" of \"{}\", on which it should stand, is "
+        "{:.3g} m above the ground",
+        falls_->robot->name, stance, name, first.name, height));
+  }
+  if (!body_.setup().stands) return;
+  control::StablePd pd = control::defaultController(body_.model());
+  const control::JointTarget held = control::targetOf(*body_.model(), stance_);
+  VectorXd tau(body_.model()->nv());
+  sim::Torque command{VectorXd::Zero(body_.model()->nu())};
+  while (s.time() < kStill) {
+    tau.setZero();
+    pd.addTorque(s, held, tau);
+    control::toMotors(*body_.model(), tau, command);
+    world.step(command);
+    if (!world.diverged() && body_.com(s).x() <= body_.node(s, 0).x()) continue;
+    throw InputError(
+        fmt::format("{}: the stance \"{}\" cannot stand still: unpushed, it begins to fall after "
+                    "{:.2f} s",
+                    falls_->robot->name, stance, s.time()));
+  }
 }
 
 FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& plan,
@@ -388,10 +419,10 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
         trial.start = {0, 0, body_.pendulum(s, 0)};
         pivot = body_.node(s, 0).x();
         if (strategy == Strategy::kPlanned) {
-          follower.emplace(body_, tracking_, plan);
+          follower.emplace(body_, falls_->tracking, plan);
           for (sim::JointGain& g : pd.gains()) {
-            g.kp *= tracking_.stiffness;
-            g.kd *= tracking_.damping;
+            g.kp *= falls_->tracking.stiffness;
+            g.kd *= falls_->tracking.damping;
           }
         }
       } else if (k > patience) {

@@ -22,23 +22,6 @@ enum class Strategy {
 
 std::string_view nameOf(Strategy strategy);
 
-/// How a plan is followed. All of it is ours, chosen by the median of planned / unplanned impulse
-/// over random pushes.
-struct FallTracking {
-  double stiffness = 1;  ///< factor on the robot's kp while it falls
-  double damping = 1;    ///< factor on its kd
-  double ramp = 0.8;     ///< share of the time to a contact in which the poses are gone through
-  int waypoints = 4;     ///< poses on the way to a contact, the last of them Eq. 19's
-  double approach =
-      0.3;            ///< weight of the next part's place before the last pose, growing up to it
-  double kept = 0.1;  ///< weight of parts that touched before: kept there where that costs little
-  double late = 0.5;  ///< share of the planned time that a contact may be late
-  double least_wait = 0.05;  ///< and no less than so long [s]
-  double again = 0.1;        ///< after the last contact, until another plan is asked for [s]
-  double rest_height = 0.9;  ///< of the COM at rest, as a share of that at the last contact
-  double rest = 0.1;         ///< time to come to rest after the last contact [s]
-};
-
 /// A plan as a robot can follow it: a pose a contact, each tracked until the contact is made.
 struct FallMotion {
   struct Stage {
@@ -101,16 +84,16 @@ struct FallTrial {
 /// One thread's workspace for trials of one setup.
 class FallSimulator {
  public:
-  FallSimulator(const FallRobot& falls, FallSetup setup, FallProtocol protocol = {},
-                FallTracking tracking = {});
+  FallSimulator(const FallRobot& falls, FallSetup setup, FallProtocol protocol = {});
 
   const SagittalBody& body() const { return body_; }
   const FallProtocol& protocol() const { return protocol_; }
   const sim::State& stance() const { return stance_; }
 
-  /// Pushed and held until the fall is noticed: the extrapolated COM, x + x'√(y/g), is past the
-  /// first node after the push. `fell` is false where that does not happen.
-  FallTrial begin(const Push& push);
+  /// @throws InputError for a stance that does not stand on its first node, or that should
+  ///         stand still but, unpushed, begins to fall within half a second
+  void checkStance() const;
+
   /// Makes the motion from a state; nothing where none is needed or known: what was begun then goes
   /// on. It is asked when the fall is noticed, whenever a contact has been made, and again when the
   /// last has not stopped the fall.
@@ -124,7 +107,6 @@ class FallSimulator {
  private:
   const FallRobot* falls_;
   FallProtocol protocol_;
-  FallTracking tracking_;
   SagittalBody body_;
   sim::State stance_;
 };

@@ -2,6 +2,7 @@
 
 #include "traceur/reproduce/bongo.h"
 #include "traceur/reproduce/constrained_anchors.h"
+#include "traceur/reproduce/falls.h"
 #include "traceur/reproduce/skill_families.h"
 #include "traceur/reproduce/table.h"
 #include "traceur/reproduce/table_11.h"
@@ -142,6 +143,10 @@ const std::vector<Table>& allTables() {
       figure34(),
       table13(),
       bongoFaults(),
+      table3(),
+      table4(),
+      fallRobustness(),
+      randomFalls(),
   };
   return kAll;
 }

@@ -1,0 +1,274 @@
+// traceur fall: break a robot's fall by planned contacts, and see what else it could have done.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/interrupt.h"
+#include "apps/cli/verbs.h"
+#include "traceur/core/error.h"
+#include "traceur/fall/fall_experiment.h"
+#include "traceur/render/figure.h"
+#include "traceur/render/film_strip.h"
+#include "traceur/render/video.h"
+#include "traceur/skill/skill.h"
+
+namespace traceur::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using fall::FallExperiment;
+using fall::Strategy;
+
+struct Arguments {
+  std::string robot;
+  std::string stance;
+  std::string direction = "forward";
+  double push = 0;
+  std::vector<Strategy> strategies;
+  std::vector<std::string> without;
+  std::uint64_t seed = 1;
+  std::string out;
+  bool literal = false;
+  bool once = false;
+  bool video = false;
+  bool no_pictures = false;
+  bool json = false;
+};
+
+const std::map<std::string, std::vector<Strategy>> kStrategies = {
+    {"planned", {Strategy::kPlanned}},
+    {"hold", {Strategy::kHold}},
+    {"limp", {Strategy::kLimp}},
+    {"damp", {Strategy::kDamp}},
+    {"tuck", {Strategy::kTuck}},
+    {"all",
+     {Strategy::kHold, Strategy::kPlanned, Strategy::kLimp, Strategy::kDamp, Strategy::kTuck}}};
+
+/// falls.toml beside the robot's file.
+std::shared_ptr<const fall::FallRobot> readFalls(const std::string& name) {
+  const fs::path robot = skill::findRobot(name, fs::current_path());
+  const fs::path file =
+      robot.filename() == "falls.toml" ? robot : robot.parent_path() / "falls.toml";
+  if (!fs::is_regular_file(file)) {
+    throw InputError(
+        fmt::format("{} has no falls.toml beside it: expected {}, which says which parts may touch "
+                    "the ground; models/atlas/falls.toml is an example",
+                    robot.string(), file.string()));
+  }
+  return std::make_shared<const fall::FallRobot>(fall::FallRobot::fromFile(file));
+}
+
+std::string planInWords(const fall::FallProblem& problem, const fall::FallPlan& plan,
+                        double since) {
+  if (std::isinf(plan.cost)) return "no plan: nothing can stop this fall";
+  std::string words = fmt::format("plan: {} on the ground", problem.graph.nodes[0].name);
+  for (const fall::PlannedContact& c : plan.contacts) {
+    words +=
+        fmt::format("; {} at {:.2f} s ({:.3g} N·s)", problem.graph.nodes[c.action.contact].name,
+                    since + c.from.time + c.action.duration, c.impact.impulse);
+  }
+  return words + fmt::format("; largest impulse {:.3g} N·s", plan.cost);
+}
+
+struct Ran {
+  Strategy strategy;
+  FallExperiment::Outcome outcome;
+  sim::Recording recording;
+};
+
+void draw(const std::vector<Ran>& runs, const Arguments& a, const fs::path& folder,
+          const std::stop_token& stop) {
+  fs::create_directories(folder);
+  render::Figure impulse{.title = "Impulse of the last 10 ms", .panels = {{}}};
+  impulse.panels[0].xlabel = "time [s]";
+  impulse.panels[0].ylabel = "impulse [N s]";
+  render::Figure com{.title = "Centre of mass from the first pivot", .panels = {{}}};
+  com.panels[0].xlabel = "along the fall [m]";
+  com.panels[0].ylabel = "height [m]";
+  for (const Ran& r : runs) {
+    const std::string name(nameOf(r.strategy));
+    render::Series series{.label = name, .x = {}, .y = {}};
+    for (const auto& [t, j] : r.outcome.trial.windowed) {
+      series.x.push_back(t);
+      series.y.push_back(j);
+    }
+    impulse.panels[0].series.push_back(series);
+    if (r.strategy == Strategy::kPlanned) {
+      render::Series model{.label = "model", .x = {}, .y = {}, .style = render::Style::kDashed};
+      double pivot = 0;
+      for (const fall::PlannedContact& c : r.outcome.plan.contacts) {
+        for (const fall::PendulumState& s : {c.from.pendulum, c.before}) {
+          model.x.push_back(pivot + s.com().x());
+          model.y.push_back(s.com().y());
+        }
+        pivot += c.impact.advance;
+      }
+      render::Series robot{.label = "robot", .x = {}, .y = {}};
+      for (const fall::Vector2d& p : r.outcome.trial.com) {
+        robot.x.push_back(p.x());
+        robot.y.push_back(p.y());
+      }
+      com.panels[0].series = {model, robot};
+    }
+    if (r.strategy != Strategy::kPlanned && r.strategy != Strategy::kHold && runs.size() > 1) {
+      continue;
+    }
+    if (stop.stop_requested()) return;
+    const fs::path strip = folder / (name + ".png");
+    render::FilmStripOptions options{.count = 10, .even = true};
+    render::writePng(render::filmStrip(r.recording, options), strip);
+    fmt::print("{}\n", strip.string());
+    if (!a.video) continue;
+    const fs::path video = folder / (name + ".mp4");
+    render::writeVideo(r.recording, video, {.speed = 0.25});
+    fmt::print("{}\n", video.string());
+  }
+  render::writeFigure(impulse, folder / "impulse.png");
+  fmt::print("{}\n", (folder / "impulse.png").string());
+  if (com.panels[0].series.empty()) return;
+  render::writeFigure(com, folder / "com.png");
+  fmt::print("{}\n", (folder / "com.png").string());
+}
+
+nlohmann::json toJson(const Ran& r, const fall::FallProblem& problem) {
+  const fall::FallTrial& t = r.outcome.trial;
+  nlohmann::json j = {{"strategy", nameOf(r.strategy)},
+                      {"impulse_Ns", t.impulse},
+                      {"raw_impulse_Ns", t.raw_impulse},
+                      {"peak_force_N", t.peak_force},
+                      {"peak_torque_share", t.peak_torque},
+                      {"peak_head_acceleration_m_s2", t.peak_head},
+                      {"head_hit", t.head_hit},
+                      {"diverged", t.diverged},
+                      {"contacts", nlohmann::json::array()}};
+  for (const fall::GroundContact& c : t.contacts) {
+    j["contacts"].push_back({{"part", c.part}, {"time_s", c.time}, {"impulse_Ns", c.impulse}});
+  }
+  if (r.strategy != Strategy::kPlanned) return j;
+  j["plan"] = {{"impulse_Ns", r.outcome.plan.cost}, {"contacts", nlohmann::json::array()}};
+  for (const fall::PlannedContact& c : r.outcome.plan.contacts) {
+    j["plan"]["contacts"].push_back({{"part", problem.graph.nodes[c.action.contact].name},
+                                     {"time_s", t.noticed + c.from.time + c.action.duration},
+                                     {"impulse_Ns", c.impact.impulse}});
+  }
+  return j;
+}
+
+int runFall(const Arguments& a) {
+  Interrupt interrupt;  // before any other thread
+  const auto falls = readFalls(a.robot);
+  fall::FallSetup setup =
+      falls->setup(a.stance.empty() ? falls->setups.front().stance : a.stance, a.direction);
+  for (const std::string& node : a.without) setup.graph = setup.graph.without(node);
+  fall::FallExperimentOptions options;
+  options.problem.seed = a.seed;
+  options.problem.stall = a.literal ? fall::Stall::kLiteral : fall::Stall::kStops;
+  options.replans = !a.once;
+  FallExperiment experiment(falls, setup, options);
+  const fall::Push push{a.push};
+  std::vector<Ran> runs;
+  for (const Strategy strategy : a.strategies) {
+    if (interrupt.token().stop_requested()) return kInterrupted;
+    Ran r{strategy, {}, {}};
+    r.outcome = experiment.run(push, strategy, &r.recording);
+    if (!r.outcome.trial.fell) {
+      const std::string words = fmt::format(
+          "a push of {:g} N for {:g} s does not make {} fall {} from \"{}\": no plan is needed",
+          push.force, push.duration, falls->robot->name, a.direction, setup.stance);
+      if (a.json) {
+        fmt::print("{}\n", nlohmann::json{{"fell", false}, {"message", words}}.dump());
+      } else {
+        fmt::print("{}\n", words);
+      }
+      return kDone;
+    }
+    runs.push_back(std::move(r));
+  }
+  if (a.json) {
+    nlohmann::json all = {{"robot", falls->robot->name},
+                          {"stance", setup.stance},
+                          {"direction", a.direction},
+                          {"push_N", push.force},
+                          {"fell", true},
+                          {"noticed_s", runs.front().outcome.trial.noticed},
+                          {"runs", nlohmann::json::array()}};
+    for (const Ran& r : runs) all["runs"].push_back(toJson(r, experiment.problem()));
+    fmt::print("{}\n", all.dump(2));
+    return kDone;
+  }
+  fmt::print("{} pushed {} with {:g} N for {:g} s from \"{}\" falls, noticed at {:.2f} s\n",
+             falls->robot->name, a.direction, push.force, push.duration, setup.stance,
+             runs.front().outcome.trial.noticed);
+  double held = 0;
+  for (const Ran& r : runs) {
+    if (r.strategy == Strategy::kPlanned) {
+      fmt::print("{}\n",
+                 planInWords(experiment.problem(), r.outcome.plan, r.outcome.trial.noticed));
+    }
+    if (r.strategy == Strategy::kHold) held = r.outcome.trial.impulse;
+  }
+  fmt::print("\n{:8}  {:>8}  {:>6}  {:>8}  {:>7}  {:>9}  {:>4}  contacts\n", "", "impulse",
+             "/ hold", "force", "torque", "head", "head");
+  fmt::print("{:8}  {:>8}  {:>6}  {:>8}  {:>7}  {:>9}  {:>4}\n", "", "N·s", "", "N", "/ limit",
+             "m/s²", "hit");
+  for (const Ran& r : runs) {
+    const fall::FallTrial& t = r.outcome.trial;
+    std::string contacts;
+    for (const fall::GroundContact& c : t.contacts) {
+      contacts += fmt::format("{}{} {:.2f} s", contacts.empty() ? "" : ", ", c.part, c.time);
+    }
+    fmt::print("{:8}  {:8.3g}  {:>6}  {:8.3g}  {:7.2f}  {:9.3g}  {:>4}  {}{}\n", nameOf(r.strategy),
+               t.impulse, held > 0 ? fmt::format("{:.2f}", t.impulse / held) : "", t.peak_force,
+               t.peak_torque, t.peak_head, t.head_hit ? "yes" : "no", contacts,
+               t.diverged ? " (diverged)" : "");
+  }
+  if (a.no_pictures) return kDone;
+  fmt::print("\n");
+  const std::string folder = a.out.empty()
+                                 ? fmt::format("runs/fall-{}-{}-{}-{:g}N", falls->robot->name,
+                                               setup.stance, a.direction, push.force)
+                                 : a.out;
+  draw(runs, a, folder, interrupt.token());
+  return interrupt.token().stop_requested() ? kInterrupted : kDone;
+}
+
+}  // namespace
+
+void addFall(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<Arguments>();
+  a->strategies = kStrategies.at("all");
+  CLI::App* verb = program.add_subcommand(
+      "fall", "Push a robot over; plan which parts touch the ground, and compare.");
+  verb->add_option("--robot", a->robot,
+                   "A name under models/, or a robot's file or folder's falls.toml")
+      ->required();
+  verb->add_option("--push", a->push, "Force on the trunk for 0.1 s [N]")
+      ->required()
+      ->check(CLI::Range(0.0, 1e6));
+  verb->add_option("--stance", a->stance, "A pose of falls.toml; default: its first");
+  verb->add_option("--direction", a->direction, "forward or backward")
+      ->check(CLI::IsMember({"forward", "backward"}))
+      ->capture_default_str();
+  verb->add_option("--strategy", a->strategies, "planned, hold, limp, damp, tuck or all (default)")
+      ->transform(CLI::CheckedTransformer(kStrategies));
+  verb->add_option("--without", a->without, "Parts that must not be used, such as hands");
+  verb->add_flag("--literal", a->literal,
+                 "A fall that stalls between contacts has not ended, as printed");
+  verb->add_flag("--once", a->once, "Follow the first plan to its end, as published");
+  verb->add_option("--seed", a->seed, "Of the random poses of the reach tables")
+      ->capture_default_str();
+  verb->add_option("--out", a->out, "Folder for pictures; default: under runs/");
+  verb->add_flag("--video", a->video, "Also videos, four times slower than real");
+  verb->add_flag("--no-pictures", a->no_pictures, "Only the table");
+  verb->add_flag("--json", a->json, "Print one JSON object, no pictures");
+  verb->footer(
+      "Examples:\n"
+      "  traceur fall --robot bioloid-gp --push 5\n"
+      "  traceur fall --robot atlas --stance two_feet --direction backward --push 500\n"
+      "  traceur fall --robot bioloid-gp --push 8 --without hands --strategy planned --video");
+  verb->callback([a, &exit_code] { exit_code = runFall(*a); });
+}
+
+}  // namespace traceur::cli

@@ -1,0 +1,47 @@
+// A robot, a stance and a push: everything it takes to let it fall in any way.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "traceur/fall/fall_problem.h"
+#include "traceur/fall/fall_trial.h"
+
+namespace traceur::fall {
+
+struct FallExperimentOptions {
+  FallProblemOptions problem;
+  FallProtocol protocol;
+  /// Plans anew whenever a contact has been made, and when the last has not ended the fall;
+  /// without, the first plan is followed to its end, as published.
+  bool replans = true;
+};
+
+/// One thread's experiments with one setup; made once, used for many.
+class FallExperiment {
+ public:
+  /// @throws InputError for a stance that does not stand, as FallSimulator::checkStance
+  FallExperiment(std::shared_ptr<const FallRobot> falls, const FallSetup& setup,
+                 FallExperimentOptions options = {});
+
+  struct Outcome {
+    FallTrial trial;
+    FallPlan plan;  ///< the first, where the strategy plans
+  };
+
+  /// @param plan  follow this one, whatever the fall is like, instead of planning
+  Outcome run(const Push& push, Strategy strategy, sim::Recording* recording = nullptr,
+              const FallPlan* plan = nullptr);
+
+  const FallProblem& problem() const { return problem_; }
+  const SagittalBody& body() const { return simulator_.body(); }
+
+ private:
+  std::shared_ptr<const FallRobot> falls_;
+  FallExperimentOptions options_;
+  FallSimulator simulator_;
+  FallProblem problem_;
+  PoseSolver poses_;
+};
+
+}  // namespace traceur::fall
