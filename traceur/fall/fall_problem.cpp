@@ -23,7 +23,7 @@ FallProblem fallProblem(const SagittalBody& body, const FallRobot& falls,
   const double r1 = body.pendulum(s, 0).r;
   const double eighth = std::sqrt(r1 / p.model.gravity) / 8;
   p.grid.time = std::max(1.0, std::round(eighth / p.model.step)) * p.model.step;
-  p.reach = sampleReach(body, falls, {options.poses, options.seed, r1 / 20});
+  p.reach = sampleReach(body, falls, {options.poses, options.seed, r1 / 20}, &p.lengths);
   for (size_t i = 0; i < graph.nodes.size(); ++i) {
     p.first_angle.emplace_back();
     for (const int to : graph.edges[i]) {

@@ -157,7 +157,8 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   }
   falls.tracking.stiffness = reader.number("stiffness", 1);
   falls.tracking.damping = reader.number("damping", 1);
-  for (const char* factor : {"stiffness", "damping"}) {
+  falls.tracking.rest_height = reader.number("rest_height", 0.9);
+  for (const char* factor : {"stiffness", "damping", "rest_height"}) {
     if (!(reader.number(factor, 1) >= 0)) {
       reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
     }

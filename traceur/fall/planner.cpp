@@ -13,6 +13,11 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+/// How far a stopper has to turn from where it is in the stance [rad].
+double turnOf(const FallProblem& problem, int from, size_t edge, double theta2) {
+  return std::abs(std::remainder(theta2 - problem.first_angle[from][edge], 2 * std::numbers::pi));
+}
+
 /// The contact of a stopper now, where reach and speed allow it.
 std::optional<Impact> touch(const FallProblem& problem, const FallState& from, size_t edge,
                             double theta2, double time, const PendulumState& s) {
@@ -54,6 +59,20 @@ void expand(const FallProblem& problem, const FallState& from, Expansion& out) {
   const int stride = stepsOf(problem, problem.grid.time);
   const int last = stepsOf(problem, problem.horizon);
   const int angles = static_cast<int>(std::lround(2 * std::numbers::pi / problem.grid.angle));
+  // What can be known of a stopper before its contact is computed: whether it points down, and from
+  // when on it can be there.
+  struct Stopper {
+    size_t edge;
+    double theta2, cos, sin, soonest;
+  };
+  std::vector<Stopper> stoppers;
+  for (size_t edge = 0; edge < next.size(); ++edge) {
+    for (int a = 0; a < angles; ++a) {
+      const double theta2 = -std::numbers::pi + (a + 1) * problem.grid.angle;
+      stoppers.push_back({edge, theta2, std::cos(theta2), std::sin(theta2),
+                          turnOf(problem, from.contact, edge, theta2) / problem.stopper_speed});
+    }
+  }
   for (int i = 0; i < problem.grid.rod_rates; ++i) {
     const double rate = rodRate(problem, i);
     PendulumState s = from.pendulum;
@@ -65,13 +84,17 @@ void expand(const FallProblem& problem, const FallState& from, Expansion& out) {
       }
       if (k % stride != 0) continue;
       const double duration = k * problem.model.step;
-      for (size_t edge = 0; edge < next.size(); ++edge) {
-        for (int a = 0; a < angles; ++a) {
-          const double theta2 = -std::numbers::pi + (a + 1) * problem.grid.angle;
-          const auto hit = touch(problem, from, edge, theta2, from.time + duration, s);
-          if (!hit) continue;
-          out.contacts.push_back({from, {next[edge], theta2, duration, rate}, s, *hit});
-        }
+      const double time = from.time + duration;
+      const double c = std::cos(s.theta);
+      const double n = std::sin(s.theta);
+      for (const Stopper& stopper : stoppers) {
+        constexpr double kRounding = 1e-9;
+        if (stopper.soonest > time + kRounding) continue;
+        if (c * stopper.cos - n * stopper.sin > kRounding) continue;
+        const auto hit = touch(problem, from, stopper.edge, stopper.theta2, time, s);
+        if (!hit) continue;
+        out.contacts.push_back(
+            {from, {next[stopper.edge], stopper.theta2, duration, rate}, s, *hit});
       }
     }
     if (out.stops) return;

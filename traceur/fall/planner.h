@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "traceur/fall/pendulum.h"
@@ -31,8 +33,10 @@ struct FallProblem {
   ContactGraph graph;
   ReachTables reach;
   std::vector<std::vector<double>> first_angle;  ///< θ̂₂ of the stance, by node and edge [rad]
-  double rod_speed = 0;                          ///< largest |ṙ₁| [m/s]
-  double stopper_speed = 0;                      ///< largest |θ̇₂| [rad/s]
+  /// Least and greatest r₁ among the random poses, by node [m].
+  std::vector<std::pair<double, double>> lengths;
+  double rod_speed = 0;      ///< largest |ṙ₁| [m/s]
+  double stopper_speed = 0;  ///< largest |θ̇₂| [rad/s]
   Discretisation grid;
   Stall stall = Stall::kStops;
   /// Longest time between two contacts that is looked at [s] [ours: three times what Atlas takes

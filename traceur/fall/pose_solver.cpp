@@ -11,7 +11,9 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNearness = 1e-3;
+/// Weights of the way from where it begins, one after another: drawn in step by step, the search
+/// ends at the nearest of the many solutions [ours].
+constexpr double kNearness[] = {1e-1, 1e-2, 1e-3};
 constexpr double kDepth = 10;
 
 }  // namespace
@@ -75,6 +77,7 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
   sim::Matrix3Xd J(3, model.nv());
   MatrixXd along(model.nv(), n);  // dv/dx
   double terms = 0;
+  double nearness = 0;
   const auto cost = [&](const std::vector<double>& at, std::vector<double>& gradient) {
     const VectorXd now = Eigen::Map<const VectorXd>(at.data(), n);
     world.reset(poseOf(now));
@@ -121,8 +124,8 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
       slope -= 2 * kDepth * depth / height_ * (along.transpose() * J.row(2).transpose());
     }
     const VectorXd away = (now - begin).tail(n - 3);
-    value += kNearness * away.squaredNorm();
-    slope.tail(n - 3) += 2 * kNearness * away;
+    value += nearness * away.squaredNorm();
+    slope.tail(n - 3) += 2 * nearness * away;
     if (!gradient.empty()) Eigen::Map<VectorXd>(gradient.data(), n) = slope;
     return value;
   };
@@ -138,9 +141,12 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
   search.set_maxeval(300);
   std::vector<double> at(x.data(), x.data() + n);
   double least = 0;
-  try {
-    search.optimize(at, least);
-  } catch (const nlopt::roundoff_limited&) {  // as near as it gets
+  for (const double weight : kNearness) {
+    nearness = weight;
+    try {
+      search.optimize(at, least);
+    } catch (const nlopt::roundoff_limited&) {  // as near as it gets
+    }
   }
   std::vector<double> none;
   cost(at, none);

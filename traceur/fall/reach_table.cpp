@@ -43,7 +43,9 @@ double ReachTable::filled() const {
 }
 
 ReachTables sampleReach(const SagittalBody& body, const FallRobot& falls,
-                        const ReachOptions& options) {
+                        const ReachOptions& options,
+                        std::vector<std::pair<double, double>>* lengths) {
+  if (lengths) lengths->assign(body.setup().graph.nodes.size(), {1e9, 0});
   const sim::Model& model = *body.model();
   const ContactGraph& graph = body.setup().graph;
   const std::vector<MovedJoint> joints = movedJoints(body, falls);
@@ -67,8 +69,12 @@ ReachTables sampleReach(const SagittalBody& body, const FallRobot& falls,
     const sim::Snapshot& s = world.snapshot();
     const Vector2d com = body.com(s);
     for (size_t i = 0; i < graph.nodes.size(); ++i) {
-      if (graph.edges[i].empty()) continue;
       const double r1 = (com - body.node(s, static_cast<int>(i))).norm();
+      if (lengths) {
+        auto& [least, most] = (*lengths)[i];
+        least = std::min(least, r1);
+        most = std::max(most, r1);
+      }
       for (size_t e = 0; e < graph.edges[i].size(); ++e) {
         const int to = graph.edges[i][e];
         const double r2 = (body.node(s, to) - com).norm();

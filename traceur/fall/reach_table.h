@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "traceur/fall/fall_robot.h"
@@ -51,7 +52,9 @@ struct ReachOptions {
 /// joints that a plan moves; the others stay as in the stance. A pair of joints moves alike
 /// unless a node is on one side of it only. Poses are drawn one after another: equal seeds, equal
 /// tables.
+/// @param lengths  if given: least and greatest r₁ of each node [m]
 ReachTables sampleReach(const SagittalBody& body, const FallRobot& falls,
-                        const ReachOptions& options);
+                        const ReachOptions& options,
+                        std::vector<std::pair<double, double>>* lengths = nullptr);
 
 }  // namespace traceur::fall

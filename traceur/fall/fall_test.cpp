@@ -1,0 +1,285 @@
+// The chapter's parts together, on the two robots: graphs, reach, plans, poses, falls.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "traceur/core/error.h"
+#include "traceur/core/random.h"
+#include "traceur/fall/expansion.h"
+#include "traceur/fall/fall_experiment.h"
+
+namespace traceur::fall {
+namespace {
+
+std::shared_ptr<const FallRobot> fallsOf(const std::string& robot) {
+  return std::make_shared<const FallRobot>(FallRobot::fromFile("models/" + robot + "/falls.toml"));
+}
+
+std::shared_ptr<const sim::Model> modelOf(const FallRobot& falls) {
+  return sim::Model::fromScene({.robot = falls.robot});
+}
+
+FallExperimentOptions withPoses(int poses) {
+  FallExperimentOptions options;
+  options.problem.poses = poses;
+  return options;
+}
+
+/// A coarse problem, quick to plan even without pruning.
+FallProblem coarse(const FallRobot& falls, const std::string& stance,
+                   const std::string& direction) {
+  const SagittalBody body(modelOf(falls), falls.setup(stance, direction));
+  FallProblem p = fallProblem(body, falls, {.poses = 2000});
+  p.grid.time *= 3;
+  p.grid.angle *= 2;
+  p.grid.rod_rates = 1;
+  return p;
+}
+
+FallState randomStart(double r, int i) {
+  Random random(1, 2, i);
+  return {0, 0, {.theta = random.uniform(-0.1, 0.2), .r = r, .theta_rate = random.uniform(0.4, 2)}};
+}
+
+std::string complaint(const std::string& toml) {
+  const auto folder = std::filesystem::temp_directory_path() / "traceur_falls_test";
+  std::filesystem::create_directories(folder);
+  const auto file = folder / "falls.toml";
+  std::ofstream(file) << "robot = \""
+                      << std::filesystem::absolute("models/atlas/robot.toml").string() << "\"\n"
+                      << toml;
+  try {
+    FallRobot::fromFile(file);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+constexpr const char* kHead =
+    "push_body = \"utorso\"\nhead = \"head\"\ntuck = \"tuck\"\njoints = [\"leg_kny\"]\n"
+    "rod_speed = 0.3\nstopper_speed = 3\n"
+    "[[fall]]\nstance = \"two_feet\"\ndirection = \"forward\"\n[fall.graph]\n";
+
+TEST(FallRobot, NamesWhatAGraphGetsWrong) {
+  EXPECT_NE(
+      complaint(std::string(kHead) + "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
+                                     "hands = { points = [\"left_hnd\"] }\n")
+          .find("no contact point \"left_hnd\" in atlas's file. Did you mean \"left_hand\"?"),
+      std::string::npos);
+  EXPECT_NE(
+      complaint(std::string(kHead) + "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
+                                     "hands = { points = [\"left_hand\"], next = [\"knees\"] }\n"
+                                     "knees = { points = [\"left_knee\"], next = [\"hands\"] }\n")
+          .find("a fall along hands -> knees -> hands need not end"),
+      std::string::npos);
+  EXPECT_NE(complaint(std::string(kHead) + "feet = { points = [\"left_toe\"], next = [\"hand\"] }\n"
+                                           "hands = { points = [\"left_hand\"] }\n")
+                .find("no node \"hand\" in this graph. Did you mean \"hands\"?"),
+            std::string::npos);
+  EXPECT_EQ(
+      complaint(std::string(kHead) + "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
+                                     "hands = { points = [\"left_hand\"] }\n"),
+      "");
+}
+
+TEST(FallRobot, LeavesOutANodeAndItsEdges) {
+  const ContactGraph whole = fallsOf("bioloid-gp")->setup("one_foot", "forward").graph;
+  const ContactGraph less = whole.without("hands");
+  ASSERT_EQ(less.nodes.size(), whole.nodes.size() - 1);
+  int edges = 0;
+  for (size_t i = 0; i < less.nodes.size(); ++i) {
+    for (const int to : less.edges[i]) {
+      ++edges;
+      EXPECT_NE(less.nodes[to].name, "hands");
+    }
+  }
+  EXPECT_EQ(edges, 11 - 4);  // Figure 20 has eleven, four of them to or from the hands
+  EXPECT_THROW(whole.without("right-toes"), InputError);
+  EXPECT_THROW(whole.without("tail"), InputError);
+}
+
+TEST(FallRobot, GraphsAreThePublishedOnes) {
+  const auto count = [](const FallSetup& s) {
+    size_t n = 0;
+    for (const auto& next : s.graph.edges) n += next.size();
+    return n;
+  };
+  EXPECT_EQ(count(fallsOf("bioloid-gp")->setup("one_foot", "forward")), 11U);
+  const auto atlas = fallsOf("atlas");
+  for (const FallSetup& s : atlas->setups) EXPECT_EQ(count(s), 6U);
+  EXPECT_THROW(atlas->setup("two_feet", "sideways"), InputError);
+}
+
+TEST(ReachTable, HasWhatWasMarkedWithinOneCell) {
+  ReachTable table(0.05, 1);
+  EXPECT_FALSE(table.reachable(0.52, 0.31, 2));
+  table.mark(0.52, 0.31, 2);
+  EXPECT_TRUE(table.reachable(0.52, 0.31, 2));
+  EXPECT_TRUE(table.reachable(0.57, 0.26, 2.05));
+  EXPECT_FALSE(table.reachable(0.67, 0.31, 2));
+  EXPECT_FALSE(table.reachable(0.52, 0.31, 2.3));
+  table.mark(0.52, 0.31, std::numbers::pi);  // goes round
+  EXPECT_TRUE(table.reachable(0.52, 0.31, -std::numbers::pi + 0.05));
+  EXPECT_FALSE(table.reachable(7, 0.31, 2));
+}
+
+TEST(ReachTable, HoldsThePosesItWasMadeFrom) {
+  const auto falls = fallsOf("atlas");
+  const SagittalBody body(modelOf(*falls), falls->setup("two_feet", "forward"));
+  const ReachTables a = sampleReach(body, *falls, {.poses = 500, .seed = 3, .cell = 0.05});
+  const ReachTables b = sampleReach(body, *falls, {.poses = 500, .seed = 3, .cell = 0.05});
+  for (size_t i = 0; i < a.size(); ++i) {
+    for (size_t e = 0; e < a[i].size(); ++e) {
+      EXPECT_GT(a[i][e].filled(), 0);
+      EXPECT_LT(a[i][e].filled(), 0.5);
+      EXPECT_EQ(a[i][e].filled(), b[i][e].filled());
+    }
+  }
+}
+
+TEST(SagittalBody, SeesAStandingRobotAsAPendulum) {
+  const auto falls = fallsOf("atlas");
+  for (const char* direction : {"forward", "backward"}) {
+    const SagittalBody body(modelOf(*falls), falls->setup("two_feet", direction));
+    const sim::State stance = body.model()->stateOf(falls->robot->poses.at("two_feet"));
+    sim::World world(body.model());
+    world.reset(stance);
+    const PendulumState s = body.pendulum(world.snapshot(), 0);
+    EXPECT_LT(s.theta, 0);  // the edge it would fall over is ahead
+    EXPECT_NEAR(s.com().y(), body.com(world.snapshot()).y(), 1e-3);
+    // Point masses alone have 26.5, all of it 28.6, with the arms sideways.
+    EXPECT_NEAR(body.inertia(stance), 28, 2);
+  }
+}
+
+TEST(Planner, BranchAndBoundIsExact) {
+  const auto falls = fallsOf("atlas");
+  for (const char* direction : {"forward", "backward"}) {
+    FallProblem p = coarse(*falls, "two_feet", direction);
+    for (const Stall stall : {Stall::kStops, Stall::kLiteral}) {
+      p.stall = stall;
+      int found = 0;
+      for (int i = 0; i < 25; ++i) {
+        const FallState start = randomStart(1.1, i);
+        PlanEffort pruned, all;
+        const FallPlan exact = planExactly(p, start, &pruned);
+        const FallPlan plain = planUnpruned(p, start, &all);
+        EXPECT_EQ(exact.cost, plain.cost);
+        EXPECT_LE(pruned.actions, all.actions);
+        if (std::isinf(exact.cost)) continue;
+        ++found;
+        std::vector<FallAction> actions;
+        for (const PlannedContact& c : exact.contacts) actions.push_back(c.action);
+        EXPECT_EQ(replay(p, start, actions).cost, exact.cost);
+      }
+      EXPECT_GT(found, 0);
+    }
+  }
+}
+
+TEST(Planner, ACachePlansNoBetterThanTheOptimum) {
+  const auto falls = fallsOf("atlas");
+  const FallProblem p = coarse(*falls, "two_feet", "forward");
+  for (int i = 0; i < 10; ++i) {
+    const FallState start = randomStart(1.1, i);
+    PlanEffort cached, all;
+    const double optimum = planUnpruned(p, start, &all).cost;
+    EXPECT_GE(planCached(p, start, 0.1, &cached).cost, optimum);
+    EXPECT_LE(cached.states, all.states);
+  }
+}
+
+TEST(Planner, EveryContactOfAPlanIsAllowed) {
+  const auto falls = fallsOf("bioloid-gp");
+  const SagittalBody body(modelOf(*falls), falls->setup("one_foot", "forward"));
+  const FallProblem p = fallProblem(body, *falls, {.poses = 2000});
+  for (int i = 0; i < 10; ++i) {
+    const FallState start = randomStart(0.17, i);
+    const FallPlan plan = planExactly(p, start);
+    double cost = 0;
+    int on = 0;
+    for (const PlannedContact& c : plan.contacts) {
+      EXPECT_EQ(c.from.contact, on);
+      on = c.action.contact;
+      cost = std::max(cost, c.impact.impulse);
+      EXPECT_LE(std::abs(c.action.rod_rate), p.rod_speed);
+      EXPECT_GT(c.action.duration, 0);
+    }
+    if (!std::isinf(plan.cost)) {
+      EXPECT_EQ(cost, plan.cost);
+    }
+    double held = 0;
+    for (const HeldImpact& h : heldFall(p, start)) held = std::max(held, h.impulse);
+    if (start.pendulum.theta > 0) {
+      EXPECT_LT(plan.cost, held);
+    }
+  }
+}
+
+TEST(Planner, AFallThatHasTurnedBackNeedsNoContact) {
+  const auto falls = fallsOf("atlas");
+  const FallProblem p = coarse(*falls, "two_feet", "forward");
+  const FallState back{0, 0, {.theta = 0.1, .r = 1.1, .theta_rate = -0.2}};
+  EXPECT_EQ(planExactly(p, back).cost, 0);
+  EXPECT_TRUE(planExactly(p, back).contacts.empty());
+  EXPECT_TRUE(heldFall(p, back).empty());
+}
+
+TEST(PoseSolver, PutsPartsAndComWhereTheyShouldBe) {
+  const auto falls = fallsOf("atlas");
+  const SagittalBody body(modelOf(*falls), falls->setup("two_feet", "forward"));
+  const PoseSolver solver(body, *falls);
+  const sim::State stance = body.model()->stateOf(falls->robot->poses.at("two_feet"));
+  const ContactGraph& graph = body.setup().graph;
+  ASSERT_EQ(graph.nodes[1].name, "knees");
+  double error = 0;
+  const sim::State pose = solver.solve({{0, Vector2d::Zero()}, {1, Vector2d(0.35, 0)}},
+                                       Vector2d(0.3, 0.7), stance, &error);
+  sim::World world(body.model());
+  world.reset(pose);
+  const Vector2d from = body.node(world.snapshot(), 0);
+  EXPECT_LT(error, 0.1);
+  EXPECT_NEAR((body.node(world.snapshot(), 1) - from - Vector2d(0.35, 0)).norm(), 0, 0.1);
+  EXPECT_NEAR((body.com(world.snapshot()) - from - Vector2d(0.3, 0.7)).norm(), 0, 0.1);
+  for (const sim::Joint& j : body.model()->joints()) {
+    EXPECT_GE(pose.q[j.q], j.limit.min - 1e-9) << j.name;
+    EXPECT_LE(pose.q[j.q], j.limit.max + 1e-9) << j.name;
+  }
+}
+
+TEST(FallExperiment, APlanHalvesTheImpulseOfASmallRobotAndTheSameTwice) {
+  const auto falls = fallsOf("bioloid-gp");
+  FallExperiment experiment(falls, falls->setup("one_foot", "forward"), withPoses(3000));
+  const FallTrial held = experiment.run({8}, Strategy::kHold).trial;
+  const FallExperiment::Outcome planned = experiment.run({8}, Strategy::kPlanned);
+  ASSERT_TRUE(held.fell && planned.trial.fell);
+  EXPECT_FALSE(held.diverged || planned.trial.diverged);
+  EXPECT_LT(planned.trial.impulse, 0.6 * held.impulse);
+  EXPECT_FALSE(planned.plan.contacts.empty());
+  EXPECT_EQ(experiment.run({8}, Strategy::kPlanned).trial.impulse, planned.trial.impulse);
+  // A robot that lies still presses with its weight: the window's impulse is m g times it.
+  const double rest = held.windowed.back().second;
+  EXPECT_NEAR(rest, 1.6 * 9.81 * 0.01, 0.05);
+}
+
+TEST(FallExperiment, APushTooWeakMakesNoFall) {
+  const auto falls = fallsOf("atlas");
+  FallExperiment experiment(falls, falls->setup("two_feet", "forward"), withPoses(200));
+  EXPECT_FALSE(experiment.run({50}, Strategy::kHold).trial.fell);
+}
+
+TEST(FallExperiment, RefusesAStanceThatCannotStand) {
+  auto falls = std::make_shared<FallRobot>(FallRobot::fromFile("models/bioloid-gp/falls.toml"));
+  FallSetup setup = falls->setup("one_foot", "forward");
+  setup.stands = true;
+  EXPECT_THROW(FallExperiment(falls, setup, withPoses(10)), InputError);
+  setup.graph.nodes[0].points = {"left_hand"};
+  EXPECT_THROW(FallExperiment(falls, setup, withPoses(10)), InputError);
+}
+
+}  // namespace
+}  // namespace traceur::fall

@@ -1,0 +1,175 @@
+#include "traceur/fall/value_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+
+#include "traceur/fall/expansion.h"
+
+namespace traceur::fall {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Where the table ends: later, all of a stopper's angles can be reached; further back or faster,
+/// the value changes little [ours].
+constexpr double kLatest = 1.5;     // [s]
+constexpr double kFurthest = -1.2;  // [rad]
+constexpr double kFastest = 2.0;    // of √(2 g/r), the rate of a fall to the ground
+
+double flat(const FallProblem& problem, double r) {
+  return problem.model.mass * std::sqrt(2 * problem.model.gravity * r);
+}
+
+}  // namespace
+
+ValueTable::ValueTable(const FallProblem& problem, const ValueGrid& grid) {
+  const size_t each = static_cast<size_t>(grid.times) * grid.angles * grid.lengths * grid.rates;
+  values_.resize(each * problem.graph.nodes.size());
+  nodes_.resize(problem.graph.nodes.size());
+  std::vector<int> order = problem.graph.order();
+  std::reverse(order.begin(), order.end());
+  Expansion expansion;
+  for (const int node : order) {
+    Node& n = nodes_[node];
+    const auto [shortest, longest] = problem.lengths[node];
+    n = {{0, kLatest, grid.times},
+         {kFurthest, std::numbers::pi / 2, grid.angles},
+         {shortest, longest, grid.lengths},
+         {0, kFastest * std::sqrt(2 * problem.model.gravity / longest), grid.rates},
+         each * node};
+    const double dead = flat(problem, longest);
+    size_t i = n.first;
+    for (int t = 0; t < grid.times; ++t) {
+      for (int a = 0; a < grid.angles; ++a) {
+        for (int l = 0; l < grid.lengths; ++l) {
+          for (int w = 0; w < grid.rates; ++w) {
+            const FallState x{
+                node,
+                n.time.at(t),
+                {.theta = n.theta.at(a), .r = n.r.at(l), .theta_rate = n.rate.at(w), .r_rate = 0}};
+            double best = dead;
+            if (stopped(problem, x.pendulum)) {
+              best = 0;
+            } else {
+              expand(problem, x, expansion);
+              if (expansion.stops) best = 0;
+              for (const PlannedContact& c : expansion.contacts) {
+                if (c.impact.impulse >= best) continue;
+                const FallState next{c.action.contact, x.time + c.action.duration, c.impact.after};
+                const double rest = stopped(problem, next.pendulum) ? 0 : at(next);
+                best = std::min(best, std::max(c.impact.impulse, rest));
+              }
+            }
+            values_[i++] = static_cast<float>(best);
+          }
+        }
+      }
+    }
+  }
+}
+
+double ValueTable::at(const FallState& x) const {
+  const Node& n = nodes_[x.contact];
+  const Axis* axes[4] = {&n.time, &n.theta, &n.r, &n.rate};
+  const double where[4] = {x.time, x.pendulum.theta, x.pendulum.r, x.pendulum.theta_rate};
+  size_t low[4];
+  double part[4];
+  size_t stride[4];
+  size_t s = 1;
+  for (int i = 3; i >= 0; --i) {
+    const double u =
+        std::clamp((where[i] - axes[i]->min) / (axes[i]->max - axes[i]->min), 0.0, 1.0) *
+        (axes[i]->n - 1);
+    low[i] = std::min(static_cast<size_t>(u), static_cast<size_t>(axes[i]->n - 2));
+    part[i] = u - static_cast<double>(low[i]);
+    stride[i] = s;
+    s *= axes[i]->n;
+  }
+  double value = 0;
+  for (int corner = 0; corner < 16; ++corner) {
+    double weight = 1;
+    size_t index = n.first;
+    for (int i = 0; i < 4; ++i) {
+      const bool upper = ((corner >> i) & 1) != 0;
+      weight *= upper ? part[i] : 1 - part[i];
+      index += (low[i] + (upper ? 1 : 0)) * stride[i];
+    }
+    if (weight > 0) value += weight * values_[index];
+  }
+  return value;
+}
+
+namespace {
+
+class Quick {
+ public:
+  Quick(const FallProblem& problem, const ValueTable& table, const QuickSearch& search)
+      : problem_(problem), table_(table), search_(search) {}
+
+  /// As the exact search's costToGo, over fewer actions.
+  double costToGo(const FallState& x, double bound, size_t depth,
+                  std::vector<PlannedContact>& plan) {
+    plan.clear();
+    if (stopped(problem_, x.pendulum)) return 0;
+    if (depth == levels_.size()) levels_.push_back(std::make_unique<Level>());
+    Level& level = *levels_[depth];
+    expand(problem_, x, level.expansion);
+    if (level.expansion.stops) return 0;
+    level.ranked.clear();
+    for (const PlannedContact& c : level.expansion.contacts) {
+      if (c.impact.impulse >= bound) continue;
+      const FallState next = nextOf(c);
+      const double rest = stopped(problem_, next.pendulum) ? 0 : table_.at(next);
+      level.ranked.emplace_back(std::max(c.impact.impulse, rest), &c);
+    }
+    const size_t width = depth == 0 ? search_.first : (depth == 1 ? search_.second : search_.later);
+    const auto top =
+        level.ranked.begin() + static_cast<std::ptrdiff_t>(std::min(width, level.ranked.size()));
+    std::partial_sort(level.ranked.begin(), top, level.ranked.end(),
+                      [](const auto& a, const auto& b) { return a.first < b.first; });
+    double best = bound;
+    for (auto r = level.ranked.begin(); r != top; ++r) {
+      const PlannedContact& c = *r->second;
+      if (c.impact.impulse >= best) continue;
+      const double rest = costToGo(nextOf(c), best, depth + 1, level.deeper);
+      const double cost = std::max(c.impact.impulse, rest);
+      if (!(cost < best)) continue;
+      best = cost;
+      level.best = level.deeper;
+      level.best.push_back(c);
+      plan = level.best;
+      if (best == 0) break;
+    }
+    return best;
+  }
+
+ private:
+  struct Level {
+    Expansion expansion;
+    std::vector<std::pair<double, const PlannedContact*>> ranked;
+    std::vector<PlannedContact> deeper, best;
+  };
+
+  static FallState nextOf(const PlannedContact& c) {
+    return {c.action.contact, c.from.time + c.action.duration, c.impact.after};
+  }
+
+  const FallProblem& problem_;
+  const ValueTable& table_;
+  QuickSearch search_;
+  std::vector<std::unique_ptr<Level>> levels_;
+};
+
+}  // namespace
+
+FallPlan planQuickly(const FallProblem& problem, const ValueTable& table, const FallState& start,
+                     const QuickSearch& search) {
+  FallPlan plan;
+  plan.cost = Quick(problem, table, search).costToGo(start, kInfinity, 0, plan.contacts);
+  std::reverse(plan.contacts.begin(), plan.contacts.end());
+  return plan;
+}
+
+}  // namespace traceur::fall
