@@ -33,6 +33,7 @@ constexpr double kHeading = 34;   // the figure's title
 constexpr double kLetter = 7.2;   // mean width of a letter
 constexpr double kLegendSample = 48;
 constexpr double kTickDistance = 25;
+constexpr double kScale = 62;  // the scale of colours beside squares
 
 /// A gnuplot string: nothing in single quotes means anything but the quote itself.
 std::string verbatim(std::string_view text) {
@@ -69,6 +70,15 @@ void check(const Figure& figure) {
         throw InputError(fmt::format(
             "figure: series \"{}\" has {} x, {} y, {} low and {} high; expected as many", s.label,
             s.x.size(), s.y.size(), s.low.size(), s.high.size()));
+      }
+      const size_t arrows = s.style == Style::kArrows ? s.x.size() : 0;
+      const size_t squares = s.style == Style::kSquares ? s.x.size() : 0;
+      if (s.dx.size() != arrows || s.dy.size() != arrows || s.share.size() != squares ||
+          (squares > 0 && !(s.side > 0))) {
+        throw InputError(fmt::format(
+            "figure: series \"{}\" of {} x has {} dx, {} dy, {} shares and a side of {}; arrows "
+            "need as many dx and dy, squares as many shares and a side",
+            s.label, s.x.size(), s.dx.size(), s.dy.size(), s.share.size(), s.side));
       }
     }
   }
@@ -146,6 +156,10 @@ class Script {
   }
 
   static bool crowded(const Panel& p) { return labelled(p) > kCrowded; }
+  static bool hasSquares(const Panel& p) {
+    return std::any_of(p.series.begin(), p.series.end(),
+                       [](const Series& s) { return s.style == Style::kSquares; });
+  }
   static std::ptrdiff_t labelled(const Panel& p) {
     return std::count_if(p.series.begin(), p.series.end(),
                          [](const Series& s) { return !s.label.empty(); });
@@ -157,6 +171,7 @@ class Script {
     for (const Mark& m : p.marks) {
       if (!m.label.empty()) mark_row_ = kMarkRow;
     }
+    if (hasSquares(p)) legend_ = std::max(legend_, kScale);
     if (!crowded(p)) return;
     for (const Series& s : p.series) {
       legend_ = std::max(legend_, kLegendSample + kLetter * static_cast<double>(letters(s.label)));
@@ -196,6 +211,14 @@ class Script {
           12);
     axes(p, plot_height);
     marks(p);
+    if (hasSquares(p)) {
+      line("set palette defined (0 '#FFFFFF', 1 '{}')", kPalette[0]);
+      line("set cbrange [0:1]");
+      line("set cbtics 0.25 textcolor rgb '#333333'");
+      line("set colorbox user origin {}, {} size screen {:.5f}, screen {:.5f}",
+           x(left + width_ + 12), y(frame + plot_height), 12.0 / figure_.width,
+           plot_height / height_);
+    }
     if (crowded(p)) {
       line("set key at {}, {} left top vertical Left reverse", x(left + width_ + 6), y(frame));
     } else {
@@ -209,9 +232,21 @@ class Script {
     Range x;
     Range y;
     Range positive;
+    bool counts = true;
     for (const Series& s : p.series) {
       for (size_t i = 0; i < s.x.size(); ++i) {
         if (std::isfinite(s.x[i])) x.include(s.x[i]);
+        counts = counts && s.x[i] == std::round(s.x[i]);
+        if (s.style == Style::kArrows && std::isfinite(s.dx[i]) && std::isfinite(s.dy[i])) {
+          x.include(s.x[i] + s.dx[i]);
+          y.include(s.y[i] + s.dy[i]);
+        }
+        if (s.style == Style::kSquares) {
+          for (const double half : {-0.5 * s.side, 0.5 * s.side}) {
+            x.include(s.x[i] + half);
+            y.include(s.y[i] + half);
+          }
+        }
         for (const std::vector<double>* v : {&s.y, &s.low, &s.high}) {
           if (v->empty() || !std::isfinite((*v)[i])) continue;
           y.include((*v)[i]);
@@ -234,7 +269,7 @@ class Script {
       y = {y.low / 1.3, y.high * 1.3};
     } else {
       const double lacking = std::max(0.0, p.least_span - (y.high - y.low)) / 2;
-      double room = lacking + 0.06 * (y.high - y.low + 2 * lacking);
+      double room = hasSquares(p) ? 0 : lacking + 0.06 * (y.high - y.low + 2 * lacking);
       if (room == 0) room = y.low == 0 ? 1 : 0.1 * std::abs(y.low);
       y = {y.low - room, y.high + room};
     }
@@ -253,6 +288,9 @@ class Script {
       line("set ytics {}", number(niceStep((y.high - y.low) * kTickDistance / plot_height)));
     }
     line("set format x '%g'");
+    // Counts have no fractions.
+    const bool few = counts && x.high - x.low <= 12;
+    line("set xtics {}", few ? "1" : "autofreq");
   }
 
   void marks(const Panel& p) {
@@ -289,7 +327,11 @@ class Script {
         const auto value = [&](const std::vector<double>& v) {
           return v.empty() || (log_ && !(v[i] > 0)) ? std::string("NaN") : number(v[i]);
         };
-        line("{} {} {} {}", number(s.x[i]), value(s.y), value(s.low), value(s.high));
+        line("{} {} {} {}{}", number(s.x[i]), value(s.y), value(s.low), value(s.high),
+             s.style == Style::kArrows ? fmt::format(" {} {}", number(s.dx[i]), number(s.dy[i]))
+             : s.style == Style::kSquares
+                 ? fmt::format(" {} {}", number(s.side / 2), number(s.share[i]))
+                 : "");
       }
       line("EOD");
       if (!s.low.empty()) {
@@ -316,8 +358,17 @@ class Script {
         case Style::kCrosses:
           style = "points pointtype 2 pointsize 0.6";
           break;
+        case Style::kArrows:
+          style = "vectors head size screen 0.008,18,60 filled linewidth 1.3";
+          break;
+        case Style::kSquares:
+          curves += fmt::format(
+              "{} using 1:2:5:5:6 with boxxyerror fillstyle solid noborder linecolor palette {}, ",
+              data, s.label.empty() ? "notitle" : "title " + verbatim(s.label));
+          continue;
       }
-      curves += fmt::format("{} using 1:2 with {} linecolor rgb '{}' {}, ", data, style, color,
+      curves += fmt::format("{} using {} with {} linecolor rgb '{}' {}, ", data,
+                            s.style == Style::kArrows ? "1:2:5:6" : "1:2", style, color,
                             s.label.empty() ? "notitle" : "title " + verbatim(s.label));
     }
     if (empty_) {

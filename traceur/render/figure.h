@@ -12,7 +12,9 @@ enum class Style {
   kDashed,
   kStep,    ///< constant until the next point
   kPoints,  ///< dots
-  kCrosses
+  kCrosses,
+  kArrows,  ///< from (x, y) to (x + dx, y + dy)
+  kSquares  ///< filled, about (x, y), from white for a share of 0 to the palette's blue for 1
 };
 
 struct Series {
@@ -25,6 +27,9 @@ struct Series {
   std::vector<double> high = {};
   /// Index in the palette, which colour-blind people can tell apart; -1: the next one; kGrey.
   int color = -1;
+  std::vector<double> dx = {}, dy = {};  ///< of kArrows, as many as x
+  std::vector<double> share = {};        ///< of kSquares, 0 to 1, as many as x
+  double side = 0;                       ///< of kSquares, in the unit of both axes
 };
 
 inline constexpr int kGrey = -2;
@@ -46,6 +51,7 @@ struct Panel {
 };
 
 /// Panels in rows, aligned with one another; an xlabel they all share stands under the lowest only.
+/// Panels of squares have a scale of their colours beside them.
 /// Up to four labels make a legend in a line over the panel, more a column beside it. All text is
 /// drawn as it stands, in UTF-8.
 struct Figure {

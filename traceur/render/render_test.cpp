@@ -556,6 +556,22 @@ TEST(Video, OddSizesBecomeEvenAndSlowMotionIsLonger) {
   EXPECT_EQ(folder.files(), 1);
 }
 
+TEST(Video, OfPicturesAsTheyAre) {
+  const Folder folder;
+  {
+    VideoFile video(folder / "a.mp4", 64, 48, 10);
+    for (int i = 0; i < 5; ++i) video.add(Image(64, 48));
+    EXPECT_THROW(video.add(Image(64, 50)), InputError);
+    video.finish();
+  }
+  EXPECT_EQ(probe(folder / "a.mp4"), "h264,64,48,yuv420p,5\n");
+  { VideoFile(folder / "b.mp4", 64, 48, 10).add(Image(64, 48)); }  // not finished
+  EXPECT_EQ(folder.files(), 1);
+  EXPECT_THROW(VideoFile(folder / "b.mp4", 63, 48, 10), InputError);
+  EXPECT_THROW(VideoFile(folder / "b.mp4", 64, 48, 0), InputError);
+  EXPECT_EQ(folder.files(), 1);
+}
+
 TEST(Video, SaysWhatIsWrongAndLeavesNothing) {
   const Folder folder;
   const VideoOptions small = {.width = 64, .height = 48, .fps = 5};
@@ -642,6 +658,49 @@ TEST(Figure, PngAndSvgHaveTheirSizeAndTheTextAsItStands) {
   EXPECT_TRUE(has(svg, "l_foot"));
   EXPECT_TRUE(has(svg, "no data"));
   EXPECT_EQ(folder.files(), 2);
+}
+
+TEST(Figure, DrawsArrowsAndSquares) {
+  const Folder folder;
+  Figure figure;
+  figure.width = 300;
+  Panel squares;
+  squares.series.push_back({.label = "",
+                            .x = {0, 1, 0, 1},
+                            .y = {0, 0, 1, 1},
+                            .style = Style::kSquares,
+                            .share = {0, 1, 0.5, 1},
+                            .side = 1});
+  Panel arrows;
+  arrows.series.push_back({.label = "bias",
+                           .x = {0, 1},
+                           .y = {0, 1},
+                           .style = Style::kArrows,
+                           .dx = {1, -0.5},
+                           .dy = {0.5, 1}});
+  figure.panels = {squares, arrows};
+  writeFigure(figure, folder / "a.png");
+  const Image png = readPng(folder / "a.png");
+  const auto count = [&](Color c) {
+    int n = 0;
+    for (int y = 0; y < png.height; ++y) {
+      for (int x = 0; x < png.width; ++x) n += png.at(x, y) == c;
+    }
+    return n;
+  };
+  // Half of the squares' panel is of the palette's blue, a quarter between it and white.
+  EXPECT_GT(count({0, 0x72, 0xB2}), 8000);
+  EXPECT_GT(count({0x80, 0xB9, 0xD9}) + count({0x7F, 0xB9, 0xD9}) + count({0x80, 0xB8, 0xD8}) +
+                count({0x7F, 0xB8, 0xD8}) + count({0x80, 0xB8, 0xD9}) + count({0x7F, 0xB8, 0xD9}),
+            4000);
+  writeFigure(figure, folder / "a.svg");
+  EXPECT_TRUE(has(textOf(folder / "a.svg"), "bias"));
+
+  figure.panels[1].series[0].dx.pop_back();
+  EXPECT_TRUE(has(messageOf<InputError>([&] { writeFigure(figure, folder / "a.png"); }), "1 dx"));
+  figure.panels = {squares};
+  figure.panels[0].series[0].side = 0;
+  EXPECT_THROW(writeFigure(figure, folder / "a.png"), InputError);
 }
 
 TEST(Figure, SaysWhatIsWrongAndLeavesNothing) {

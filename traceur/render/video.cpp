@@ -6,8 +6,6 @@
 #include <cmath>
 
 #include "traceur/core/error.h"
-#include "traceur/core/pending_file.h"
-#include "traceur/core/process.h"
 #include "traceur/render/font.h"
 #include "traceur/render/motion.h"
 
@@ -20,7 +18,60 @@ void check(bool ok, const std::string& message) {
   if (!ok) throw InputError("video: " + message);
 }
 
+std::vector<std::string> command(const std::string& output, int width, int height, int fps) {
+  check(width >= 2 && height >= 2 && width % 2 == 0 && height % 2 == 0,
+        fmt::format("{} x {} px, expected even numbers", width, height));
+  check(fps >= 1 && fps <= 240, fmt::format("fps = {} is outside [1, 240]", fps));
+  return {"ffmpeg",
+          "-hide_banner",
+          "-loglevel",
+          "error",
+          "-y",
+          "-f",
+          "rawvideo",
+          "-pixel_format",
+          "rgb24",
+          "-video_size",
+          fmt::format("{}x{}", width, height),
+          "-framerate",
+          std::to_string(fps),
+          "-i",
+          "pipe:0",
+          "-an",
+          "-c:v",
+          "libx264",
+          "-preset",
+          "veryfast",
+          "-crf",
+          "20",
+          "-pix_fmt",
+          "yuv420p",
+          "-movflags",
+          "+faststart",
+          "-f",
+          "mp4",
+          "file:" + output};
+}
+
 }  // namespace
+
+VideoFile::VideoFile(const std::filesystem::path& path, int width, int height, int fps)
+    : width_(width),
+      height_(height),
+      file_(path),
+      ffmpeg_(command(file_.beside().string(), width, height, fps)) {}
+
+void VideoFile::add(const Image& image) {
+  check(image.width == width_ && image.height == height_,
+        fmt::format("a picture of {} x {} px, expected {} x {}", image.width, image.height, width_,
+                    height_));
+  ffmpeg_.write({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()});
+}
+
+void VideoFile::finish() {
+  ffmpeg_.finish();
+  file_.commit();
+}
 
 void writeVideo(const sim::Recording& recording, const std::filesystem::path& path,
                 const VideoOptions& options) {
@@ -56,40 +107,8 @@ void writeVideo(const sim::Recording& recording, const std::filesystem::path& pa
   const int letters = std::max(13, height / 20);
   const std::string speed = options.speed == 1 ? "" : fmt::format("  ({:.3g}x)", options.speed);
 
-  PendingFile file(path);
-  Process ffmpeg({"ffmpeg",
-                  "-hide_banner",
-                  "-loglevel",
-                  "error",
-                  "-y",
-                  "-f",
-                  "rawvideo",
-                  "-pixel_format",
-                  "rgb24",
-                  "-video_size",
-                  fmt::format("{}x{}", width, height),
-                  "-framerate",
-                  std::to_string(options.fps),
-                  "-i",
-                  "pipe:0",
-                  "-an",
-                  "-c:v",
-                  "libx264",
-                  "-preset",
-                  "veryfast",
-                  "-crf",
-                  "20",
-                  "-pix_fmt",
-                  "yuv420p",
-                  "-movflags",
-                  "+faststart",
-                  "-f",
-                  "mp4",
-                  "file:" + file.beside().string()});
+  VideoFile video(path, width, height, options.fps);
   Image image;
-  const auto send = [&] {
-    ffmpeg.write({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()});
-  };
   for (size_t k = 0; k < frames.size(); ++k) {
     image = offscreen.draw(frames[k], cameras[k], options.draw);
     if (options.labels) {
@@ -97,12 +116,11 @@ void writeVideo(const sim::Recording& recording, const std::filesystem::path& pa
                 fmt::format("{:.2f} s  {}{}", frames[k].state.time + 0.0,
                             phaseName(recording, frames[k]), speed));
     }
-    send();
+    video.add(image);
     if (options.progress) options.progress(double(k + 1) / double(frames.size()));
   }
-  for (int k = 0; k < std::lround(options.hold * options.fps); ++k) send();
-  ffmpeg.finish();
-  file.commit();
+  for (int k = 0; k < std::lround(options.hold * options.fps); ++k) video.add(image);
+  video.finish();
 }
 
 }  // namespace traceur::render

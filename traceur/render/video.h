@@ -1,12 +1,38 @@
-// A motion as an MP4 file, by ffmpeg.
+// Pictures, and a motion, as an MP4 file, by ffmpeg.
 #pragma once
 
 #include <filesystem>
 #include <functional>
 
+#include "traceur/core/pending_file.h"
+#include "traceur/core/process.h"
+#include "traceur/render/image.h"
 #include "traceur/render/offscreen.h"
 
 namespace traceur::render {
+
+/// H.264 in MP4 of pictures one after the other, which browsers and office programs play. Life:
+/// add() for each picture, then finish(), without which no file is left.
+class VideoFile {
+ public:
+  /// @param width, height  [px], even
+  /// @param fps            pictures per second, 1 to 240
+  /// @throws InputError for sizes or fps out of range; SystemError naming the path when it cannot
+  ///         be written, or when ffmpeg is missing
+  VideoFile(const std::filesystem::path& path, int width, int height, int fps);
+
+  /// @param image  of the video's size
+  /// @throws InputError for one of another size; SystemError in ffmpeg's words when that fails
+  void add(const Image& image);
+  /// The file appears whole or not at all.
+  /// @throws SystemError in ffmpeg's words when that fails
+  void finish();
+
+ private:
+  int width_, height_;
+  PendingFile file_;
+  Process ffmpeg_;
+};
 
 struct VideoOptions {
   int width = 480;        ///< [px]; one is added to an odd number, which the format does not know
@@ -23,8 +49,8 @@ struct VideoOptions {
   std::function<void(double)> progress = {};
 };
 
-/// Writes H.264 in MP4, which browsers and office programs play. The file appears whole or not at
-/// all; between the recording's frames positions are interpolated.
+/// Writes a VideoFile. The file appears whole or not at all; between the recording's frames
+/// positions are interpolated.
 /// @throws InputError for an empty recording or options out of range; SystemError naming the path
 /// when it cannot be written, in ffmpeg's words when that fails, or when it is missing
 void writeVideo(const sim::Recording& recording, const std::filesystem::path& path,
