@@ -69,24 +69,32 @@ BiasLearned learnWithBias(
     const BiasLoopOptions& o) {
   BiasLearned learned;
   std::vector<RunLog> logs;
+  PolicySearchOptions search = o.search;
+  search.stop = o.stop;
   for (int i = 0; i < o.iterations && !learned.solved; ++i) {
     const VectorXd warm = o.warm ? learned.parameters : VectorXd();
     BiasIteration iteration;
-    iteration.policy = searchOnModels(task, learner, logs, i, warm, o.search);
+    iteration.policy = searchOnModels(task, learner, logs, i, warm, search);
     const double hidden = task.most * static_cast<double>(task.starts.size() - 1);
-    if (!(iteration.policy.cost < task.success + hidden) && !logs.empty()) {
+    if (!(iteration.policy.cost < task.success + hidden) && !logs.empty() &&
+        !o.stop.stop_requested()) {
       iteration.cleared = true;
       logs.clear();
-      iteration.policy = searchOnModels(task, learner, logs, i, warm, o.search);
+      iteration.policy = searchOnModels(task, learner, logs, i, warm, search);
     }
-    learned.parameters = iteration.policy.parameters;
-    learned.solved = true;
+    bool solved = true;
     for (int r = 0; r < o.runs; ++r) {
-      PlantRun run = plant(learned.parameters, learned.plant_runs++);
+      if (o.stop.stop_requested()) {
+        learned.stopped = true;
+        return learned;
+      }
+      PlantRun run = plant(iteration.policy.parameters, learned.plant_runs++);
       iteration.costs.push_back(run.cost);
-      learned.solved = learned.solved && run.cost < task.success;
+      solved = solved && run.cost < task.success;
       logs.push_back(std::move(run.log));
     }
+    learned.parameters = iteration.policy.parameters;
+    learned.solved = solved;
     learned.iterations.push_back(std::move(iteration));
   }
   return learned;

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <vector>
 
 #include "traceur/bias/dynamics_bias.h"
@@ -55,6 +56,8 @@ struct BiasLoopOptions {
   int runs = 2;         ///< of the plant, in each iteration; all must succeed
   PolicySearchOptions search;
   bool warm = true;  ///< a search begins where the last one ended [ours]
+  /// Asked to end: a search ends after the trial under way, the plant runs no more.
+  std::stop_token stop = {};
 };
 
 struct BiasIteration {
@@ -65,7 +68,8 @@ struct BiasIteration {
 
 struct BiasLearned {
   bool solved = false;
-  VectorXd parameters;  ///< the last policy
+  bool stopped = false;  ///< it was asked to; an iteration that was cut short is not among these
+  VectorXd parameters;   ///< the last iteration's policy; empty without one
   std::vector<BiasIteration> iterations;
   int plant_runs = 0;
 };

@@ -114,6 +114,35 @@ TEST(BiasLoop, GivesUpABiasWithWhichNothingSucceeds) {
                           [](const BiasIteration& i) { return i.cleared; }));
 }
 
+TEST(BiasLoop, AskedToStopItRunsThePlantNoMore) {
+  std::stop_source stop;
+  Task t(0.7);
+  t.options.stop = stop.get_token();
+  t.task.success = 0;  // never
+  int trials = 0;      // of the third search
+  const auto run = t.task.run;
+  t.task.run = [&](Plant& p, const VectorXd& parameters, const VectorXd& x0) {
+    if (t.numbers.size() == 4) {
+      ++trials;
+      stop.request_stop();
+    }
+    return run(p, parameters, x0);
+  };
+  const BiasLearned learned = t.learn();
+  EXPECT_TRUE(learned.stopped);
+  EXPECT_EQ(learned.iterations.size(), 2U);
+  EXPECT_EQ(learned.plant_runs, 4);
+  EXPECT_EQ(t.numbers.size(), 4U);
+  EXPECT_EQ(learned.parameters, learned.iterations.back().policy.parameters);
+  EXPECT_EQ(trials, 1);
+
+  t.numbers.clear();
+  const BiasLearned none = t.learn();  // asked to before it began
+  EXPECT_TRUE(none.stopped);
+  EXPECT_TRUE(none.iterations.empty());
+  EXPECT_TRUE(t.numbers.empty());
+}
+
 TEST(BiasLoop, AStartThatFailsHidesThoseAfterIt) {
   Task t(1);
   t.task.starts = {VectorXd::Zero(1), VectorXd::Constant(1, 100)};  // from 100 there is no way

@@ -69,29 +69,37 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
   Trials trials(cost, found);
   if (o.warm) trials(o.warm->cwiseMax(lower).cwiseMin(upper));
   if (o.direct > 0 && !(found.cost <= o.good)) {
+    struct Direct {
+      Trials& trials;
+      const std::stop_token& stop;
+    } data{trials, o.stop};
     nlopt::opt direct(nlopt::GN_ORIG_DIRECT, static_cast<unsigned>(n));
     direct.set_lower_bounds(std::vector<double>(lower.begin(), lower.end()));
     direct.set_upper_bounds(std::vector<double>(upper.begin(), upper.end()));
     direct.set_maxeval(o.direct);
     direct.set_stopval(o.good);
     direct.set_min_objective(
-        [](const std::vector<double>& x, std::vector<double>&, void* data) {
+        [](const std::vector<double>& x, std::vector<double>&, void* of) {
           // DIRECT compares sums with costs: an infinite one would spoil them.
           static constexpr double kWorst = 1e300;
-          return std::min(kWorst, (*static_cast<Trials*>(data))(Eigen::Map<const VectorXd>(
+          const Direct& d = *static_cast<Direct*>(of);
+          // NLopt's own stop crashes in the first trials; trials that are not run cost no time.
+          if (d.stop.stop_requested()) return kWorst;
+          return std::min(kWorst, d.trials(Eigen::Map<const VectorXd>(
                                       x.data(), static_cast<Eigen::Index>(x.size()))));
         },
-        &trials);
+        &data);
     std::vector<double> x(n);
     for (Eigen::Index i = 0; i < n; ++i) x[i] = 0.5 * (lower[i] + upper[i]);
     double value = 0;
     try {
       direct.optimize(x, value);
     } catch (const std::runtime_error&) {
-      // On a plain it divides many boxes at once and runs out of room for them: what it found until
-      // then stands.
+      // On a plain, such as trials that are not run make, it divides many boxes at once and runs
+      // out of room for them: what it found until then stands.
     }
   }
+  if (o.stop.stop_requested()) return found;
   const PolishProblem problem(trials, lower, upper);
   for (int round = 0; o.polish > 0 && round < o.rounds; ++round) {
     optim::CmaEsOptions cma;
@@ -102,8 +110,8 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
     cma.upper = upper;
     cma.seed = o.seed + kRoundSeeds * static_cast<std::uint64_t>(round);
     optim::CmaEs polish(cma);
-    optim::minimise(problem, polish, {.threads = 1, .budget = o.polish});
-    if (found.cost < o.success) break;
+    optim::minimise(problem, polish, {.threads = 1, .budget = o.polish, .stop = o.stop});
+    if (found.cost < o.success || o.stop.stop_requested()) break;
   }
   return found;
 }

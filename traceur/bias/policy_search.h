@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <stop_token>
 
 namespace traceur::bias {
 
@@ -26,6 +27,7 @@ struct PolicySearchOptions {
   std::uint64_t seed = 1;  ///< of CMA-ES; DIRECT draws nothing
   /// Where an earlier search ended: where it costs at most `good`, DIRECT is left out.
   std::optional<VectorXd> warm = {};
+  std::stop_token stop = {};  ///< asked to end, it ends after the trial under way
 };
 
 struct FoundPolicy {
