@@ -34,6 +34,7 @@ struct Arguments {
   std::string out;
   std::string map;
   std::string strip;
+  std::string video;
   double angle = 0;
   int iterations = 10;
   int runs = 2;
@@ -63,23 +64,83 @@ std::string wordsOf(const VectorXd& parameters) {
   return fmt::format("H = ({:.4g}, {:.4g}, {:.4g}, {:.4g}, {:.4g})", h[0], h[1], h[2], h[3], h[4]);
 }
 
+std::vector<double> numbers(const VectorXd& v) {
+  return {v.begin(), v.end()};
+}
+
+/// By filter, how many samples it is against.
+Json leftOut(const bias::BongoSamples& samples) {
+  Json j = Json::object();
+  for (size_t f = 0; f < samples.left_out.size(); ++f) {
+    if (samples.left_out[f] > 0) j[std::string(bias::bongoFilters()[f].name)] = samples.left_out[f];
+  }
+  return j;
+}
+
+/// "3 body angle, 1 rate".
+std::string wordsOf(const bias::BongoSamples& samples) {
+  std::string words;
+  const Json counts = leftOut(samples);
+  for (const auto& [name, count] : counts.items()) {
+    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", count.get<int>(), name);
+  }
+  return words.empty() ? "none" : words;
+}
+
+/// "1.23 s, board angle; cost 7.5e+05; 28 samples, left out: 2 rate".
+std::string wordsOf(const bias::RunLog& log, const bias::BongoLearning& o) {
+  const bias::Episode seen = bias::episodeOf(log, o.board);
+  const bias::BongoSamples samples = bias::bongoSamples({log}, o.board, bias::bongoBias(o.method));
+  return fmt::format("{:.2f} s{}{}; cost {:.4g}; {} samples, left out: {}",
+                     seen.steps * log.time_step, seen.failed() ? ", " : "", seen.failure, seen.cost,
+                     samples.kept.size(), wordsOf(samples));
+}
+
+/// A learning as it went, with what the bias of each iteration explains of that iteration's runs.
+/// @param logs  of all its runs, in their order
+std::vector<LearningStep> stepsOf(const bias::BiasLearned& learned,
+                                  const std::vector<bias::RunLog>& logs,
+                                  const bias::BongoLearning& o) {
+  const bool biased =
+      o.method == bias::BongoMethod::kBias || o.method == bias::BongoMethod::kPublished;
+  std::vector<LearningStep> steps;
+  std::vector<bias::RunLog> before;  // that the iteration's bias was learned from
+  auto next = logs.begin();
+  for (const bias::BiasIteration& iteration : learned.iterations) {
+    if (iteration.cleared) before.clear();
+    LearningStep step{iteration.costs, {}};
+    const std::vector<bias::RunLog> now(next,
+                                        next + static_cast<std::ptrdiff_t>(step.costs.size()));
+    next += static_cast<std::ptrdiff_t>(step.costs.size());
+    if (biased && !before.empty()) {
+      const bias::BiasOptions options = bias::bongoBias(o.method, before, o.board);
+      const auto trained = bias::bongoSamples(before, o.board, options).kept;
+      const auto unseen = bias::bongoSamples(now, o.board, options).kept;
+      if (!trained.empty() && !unseen.empty()) {
+        const VectorXd r2 =
+            bias::explained(bias::DynamicsBias(bias::spread(trained, options), options), unseen);
+        step.explained = r2.tail<3>();
+      }
+    }
+    before.insert(before.end(), now.begin(), now.end());
+    steps.push_back(std::move(step));
+  }
+  return steps;
+}
+
 /// What this folder's runs were made with. A folder holds one learning.
 void claim(const fs::path& folder, const Arguments& a, const bias::BongoMachine& machine) {
-  const bias::BongoFaults& f = machine.faults;
-  const std::string now =
-      Json{{"format", "traceur balance"},
-           {"version", 1},
-           {"method", a.method},
-           {"search", a.search},
-           {"runs", a.runs},
-           {"seed", a.seed},
-           {"start_angle", machine.start_angle},
-           {"faults",
-            {f.inertia_scale, f.torque_variance, f.angle_variance, f.rate_variance, f.delay,
-             f.coulomb_friction, f.viscous_friction, f.com_offset, f.torque_gain, f.encoder_step,
-             f.ground_friction, f.board_friction}}}
-          .dump(2) +
-      "\n";
+  Json j{{"format", "traceur balance"},
+         {"version", 2},
+         {"method", a.method},
+         {"search", a.search},
+         {"runs", a.runs},
+         {"seed", a.seed},
+         {"start_angle", machine.start_angle}};
+  for (const bias::BongoFaultField& field : bias::bongoFaultFields()) {
+    j["faults"][std::string(field.name)] = machine.faults.*field.value;
+  }
+  const std::string now = j.dump(2) + "\n";
   const fs::path file = folder / "learning.json";
   if (fs::exists(file)) {
     if (readFile(file) == now) return;
@@ -96,9 +157,6 @@ void claim(const fs::path& folder, const Arguments& a, const bias::BongoMachine&
   pending.commit();
 }
 
-/// Thrown through the loop by a run that is not to be made any more.
-struct Stopped {};
-
 int learn(const Arguments& a) {
   Interrupt interrupt;
   const bias::BongoMachine machine = machineOf(a);
@@ -108,6 +166,7 @@ int learn(const Arguments& a) {
   const bool talks = !a.quiet && !a.json;
   const bias::LogFormat format = bias::bongoLogFormat();
   int recorded = 0;
+  std::vector<bias::RunLog> logs;
 
   const auto run = [&](const VectorXd& parameters, int number) {
     const int iteration = number / o.runs + 1;
@@ -130,29 +189,30 @@ int learn(const Arguments& a) {
     const bool there = fs::exists(file);
     if (there) {
       made.log = bias::readLog(file, format);
-      made.cost = bias::costOf(made.log, o.board);
+      made.cost = bias::episodeOf(made.log, o.board).cost;
       ++recorded;
     } else {
-      if (interrupt.token().stop_requested()) throw Stopped();
       made = bias::runMachine(machine, o.board, parameters, a.seed, number);
       bias::writeLog(file, made.log, format);
     }
     if (talks) {
-      fmt::print("  run {}{}: {:.2f} s, cost {:.4g}\n", number + 1, there ? " (recorded)" : "",
-                 1e-3 * made.log.steps(), made.cost);
+      fmt::print("  run {}{}: {}\n", number + 1, there ? " (recorded)" : "", wordsOf(made.log, o));
       std::fflush(stdout);
     }
+    logs.push_back(made.log);
     return made;
   };
 
-  bias::BiasLearned learned;
-  try {
-    learned =
-        bias::learnWithBias(bias::bongoTask(o), bias::bongoLearner(o), run, bias::bongoLoop(o));
-  } catch (const Stopped&) {
+  bias::BiasLoopOptions loop = bias::bongoLoop(o);
+  loop.stop = interrupt.token();
+  const bias::BiasLearned learned =
+      bias::learnWithBias(bias::bongoTask(o), bias::bongoLearner(o), run, loop);
+  if (learned.stopped) {
     fmt::print(stderr, "stopped; the same command goes on\n");
     return kInterrupted;
   }
+  const std::vector<LearningStep> steps = stepsOf(learned, logs, o);
+  writeLearning(folder / "learning.png", steps);
   const int good = bias::successes(machine, o.board, learned.parameters, a.starts, a.seed);
   const fs::path last = folder / fmt::format("policy-{:02}.json", learned.iterations.size());
   if (a.json) {
@@ -162,19 +222,30 @@ int learn(const Arguments& a) {
            {"balanced_starts", good},
            {"starts", a.starts},
            {"policy", last.string()}};
-    for (const bias::BiasIteration& i : learned.iterations) {
-      j["costs"].push_back({{"model", i.policy.cost},
-                            {"search_trials", i.policy.trials},
-                            {"logs_given_up", i.cleared},
-                            {"hardware", i.costs}});
+    for (size_t i = 0; i < steps.size(); ++i) {
+      const bias::BiasIteration& made = learned.iterations[i];
+      j["costs"].push_back({{"model", made.policy.cost},
+                            {"search_trials", made.policy.trials},
+                            {"logs_given_up", made.cleared},
+                            {"unseen_r2", numbers(steps[i].explained)},
+                            {"hardware", made.costs}});
+    }
+    for (const bias::RunLog& log : logs) {
+      const bias::Episode seen = bias::episodeOf(log, o.board);
+      j["runs"].push_back(
+          {{"seconds", seen.steps * log.time_step},
+           {"cost", seen.cost},
+           {"ended_by", seen.failure},
+           {"left_out", leftOut(bias::bongoSamples({log}, o.board, bias::bongoBias(o.method)))}});
     }
     fmt::print("{}\n", j.dump(2));
   } else if (!a.quiet) {
     fmt::print(
         "{} after {} iterations, {} runs of the machine{}\n"
-        "balances from {} of {} random starts\npolicy {}\n",
+        "balances from {} of {} random starts\npolicy {}\nfigure {}\n",
         learned.solved ? "solved" : "not solved", learned.iterations.size(), learned.plant_runs,
-        recorded > 0 ? fmt::format(" ({} recorded)", recorded) : "", good, a.starts, last.string());
+        recorded > 0 ? fmt::format(" ({} recorded)", recorded) : "", good, a.starts, last.string(),
+        (folder / "learning.png").string());
   }
   return learned.solved ? kDone : kFailed;
 }
@@ -191,20 +262,23 @@ int fit(const Arguments& a) {
   const VectorXd noise = bias::readingNoise(logs, model, bias::bongoKeeps);
   const bias::BiasOptions options = bias::bongoBias(o.method, noise);
   std::vector<bias::BiasSample> train, test;
+  bias::BongoSamples all;
   for (size_t l = 0; l < logs.size(); ++l) {
     if (std::abs(logs[l].time_step - model.timeStep()) > 1e-9) {
       throw InputError(fmt::format("{}: steps of {} s; the model's are {} s", a.data[l],
                                    logs[l].time_step, model.timeStep()));
     }
-    const auto samples = bias::samplesOf(logs[l], model, options, bias::bongoKeeps);
+    const bias::BongoSamples of_log = bias::bongoSamples({logs[l]}, o.board, options);
+    const auto& samples = of_log.kept;
     for (size_t i = 0; i < samples.size(); ++i) (i % 3 == 1 ? test : train).push_back(samples[i]);
+    for (size_t f = 0; f < all.left_out.size(); ++f) all.left_out[f] += of_log.left_out[f];
   }
   static constexpr size_t kFewest = 10;  // [ours]
   if (!logs.empty() && train.size() + test.size() < kFewest) {
     throw InputError(fmt::format(
-        "--data: {} usable samples in {} logs, expected at least {}. A sample is {} readings in "
-        "which legs and board lean by less than 0.7 rad",
-        train.size() + test.size(), logs.size(), kFewest, options.average + 1));
+        "--data: {} usable samples in {} logs, expected at least {}. A sample is {} readings; left "
+        "out: {}",
+        train.size() + test.size(), logs.size(), kFewest, options.average + 1, wordsOf(all)));
   }
   const VectorXd warm = a.warm.empty() ? VectorXd() : bias::readPolicy(a.warm);
   const bias::BiasTask task = bias::bongoTask(o);
@@ -229,16 +303,23 @@ int fit(const Arguments& a) {
   if (a.json) {
     Json j{{"logs", logs.size()},
            {"samples", train.size() + test.size()},
+           {"left_out", leftOut(all)},
            {"model_cost", found.cost},
            {"balances_on_model", found.cost < success},
            {"search_trials", found.trials},
-           {"noise_variances", std::vector<double>(noise.begin(), noise.end())},
-           {"held_out_r2", std::vector<double>(explained.begin(), explained.end())},
+           {"noise_variances", numbers(noise)},
+           {"held_out_r2", numbers(explained)},
            {"policy", out}};
+    for (const bias::RunLog& log : logs) {
+      j["ended_by"].push_back(bias::episodeOf(log, o.board).failure);
+    }
     fmt::print("{}\n", j.dump(2));
     return kDone;
   }
   if (a.quiet) return kDone;
+  for (size_t l = 0; l < logs.size(); ++l) {
+    fmt::print("{}: {}\n", a.data[l], wordsOf(logs[l], o));
+  }
   fmt::print("{} logs, {} samples\n", logs.size(), train.size() + test.size());
   if (explained.size() > 0) {
     fmt::print("explained of a third held out, R2 by component:");
@@ -254,6 +335,9 @@ int fit(const Arguments& a) {
 }
 
 int evaluate(const Arguments& a) {
+  if (!a.video.empty() && fs::path(a.video).extension() != ".mp4") {
+    throw InputError(fmt::format("--video {}: expected .mp4", a.video));
+  }
   bias::BongoMachine machine = machineOf(a);
   if (a.angle > 0) machine.start_angle = a.angle * std::numbers::pi / 180;
   const VectorXd parameters = bias::readPolicy(a.policy);
@@ -263,9 +347,11 @@ int evaluate(const Arguments& a) {
   } else {
     fmt::print("{}\nbalances from {} of {} random starts\n", wordsOf(parameters), good, a.starts);
   }
-  if (!a.strip.empty()) {
+  if (!a.strip.empty() || !a.video.empty()) {
     const double x = 0.6 * machine.start_angle;
-    writeBalanceStrip(a.strip, machine, parameters, bias::bongoStart(x, x));
+    const auto runs = modelAndMachine(machine, parameters, bias::bongoStart(x, x));
+    if (!a.strip.empty()) writeBalanceStrip(a.strip, runs);
+    if (!a.video.empty()) writeBalanceVideo(a.video, runs);
   }
   if (!a.map.empty()) {
     static constexpr double kMapAngle = 0.035;  // rad [Ha2015, Fig. 42]
@@ -361,6 +447,7 @@ void addBalance(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   e->add_option("--seed", a->seed, "Of the starts and the noise")->capture_default_str();
   e->add_option("--strip", a->strip, "Draw model and machine side by side (PNG)");
+  e->add_option("--video", a->video, "The same in motion (MP4)");
   e->add_option("--map", a->map,
                 "Draw which wheel and board angles it balances from (.png, .svg; a CSV beside it)");
   e->add_flag("--json", a->json, "Print one JSON object");

@@ -1,16 +1,34 @@
-// The bongo board on paper: a strip of model and machine side by side, and a map of what a policy
-// balances from.
+// The bongo board on paper and in motion: runs side by side, from where a policy balances, and how
+// a learning went.
 #pragma once
 
 #include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "traceur/bias/bongo_learning.h"
 
 namespace traceur::cli {
 
-/// Two rows of panels, model above machine, from one start; a run that fails stays as it ended.
-void writeBalanceStrip(const std::filesystem::path& file, const bias::BongoMachine& machine,
-                       const Eigen::VectorXd& parameters, const Eigen::VectorXd& x0);
+/// A run to be shown.
+struct BalanceRun {
+  std::string label;
+  bias::RunLog log;
+  std::string failure;  ///< what ended it, "" for nothing
+};
+
+/// The policy on the model and on the machine, from one start.
+std::vector<BalanceRun> modelAndMachine(const bias::BongoMachine& machine,
+                                        const Eigen::VectorXd& parameters,
+                                        const Eigen::VectorXd& x0);
+
+/// A row of panels for each run; one that fails stays as it ended.
+void writeBalanceStrip(const std::filesystem::path& file, std::span<const BalanceRun> runs);
+
+/// The same in motion, side by side, in real time for 5 s (MP4).
+/// @throws as render::VideoFile
+void writeBalanceVideo(const std::filesystem::path& file, std::span<const BalanceRun> runs);
 
 /// Runs the machine from a grid of wheel and board angles, `count` each way within ±`angle` [rad],
 /// `tries` times from each, draws it, and writes the numbers beside it as CSV.
@@ -18,5 +36,16 @@ void writeBalanceStrip(const std::filesystem::path& file, const bias::BongoMachi
 double writeBalanceMap(const std::filesystem::path& file, const bias::BongoMachine& machine,
                        const Eigen::VectorXd& parameters, double angle, int count, int tries,
                        std::uint64_t seed);
+
+/// What an iteration of a learning came to.
+struct LearningStep {
+  std::vector<double> costs;  ///< of the machine's runs
+  /// (3) R² of the bias it was searched with, of the rates of wheel, board and legs, over the runs
+  /// of this iteration, which that bias had not seen; empty where no bias was learned.
+  Eigen::VectorXd explained;
+};
+
+/// Costs of the runs and R² of the bias over the iterations, counted from 1.
+void writeLearning(const std::filesystem::path& file, std::span<const LearningStep> steps);
 
 }  // namespace traceur::cli

@@ -17,15 +17,21 @@ learn=("$traceur" balance learn --hardware "$dir/machine.toml" --search publishe
 cmp -s "$dir/a/policy-01.json" "$dir/b/policy-01.json" || complain "equal seeds, other policies"
 cmp -s "$dir/a/run-01-2.csv" "$dir/b/run-01-2.csv" || complain "equal seeds, other runs"
 
+[ -s "$dir/a/learning.png" ] || complain "no figure of the learning"
+grep -q '"delay": 0.002' "$dir/a/learning.json" || complain "learning.json names no fault"
+
 # A run that is missing is made again, what is there is not.
 rm "$dir/b/run-01-2.csv"
 text=$("${learn[@]}" --out "$dir/b")
-case $text in *"run 1 (recorded)"*"run 2:"*) ;; *) complain "no resume: $text" ;; esac
+case $text in *"run 1 (recorded)"*"run 2:"*"left out:"*) ;; *) complain "no resume: $text" ;; esac
 cmp -s "$dir/a/run-01-2.csv" "$dir/b/run-01-2.csv" || complain "another run after resume"
 
 text=$("${learn[@]}" --out "$dir/b" --seed 2 2>&1)
 [ $? -eq 2 ] || complain "another seed in the same folder: not refused"
 case $text in *learning.json*) ;; *) complain "another seed: $text" ;; esac
+
+text=$("$traceur" balance evaluate "$dir/a/policy-01.json" --starts 1 --video "$dir/v.mp4")
+[ -s "$dir/v.mp4" ] || complain "no video: $text"
 
 [ $failures -eq 0 ] && echo "all as expected"
 [ $failures -eq 0 ]

@@ -30,18 +30,19 @@ struct BalancePolicy {
   double torque(const BongoParameters& board, const BongoBoard::State& x) const;
 };
 
-/// When an episode has failed, and which readings are no use to learn from. The paper names the
-/// criteria and prints no numbers; these are the ones its experiments ran with. Of its criteria 1
-/// and 2 [Ha2015, §8.3.3] the board's angle stands for a board that touches the ground; that board
-/// and wheel have parted, a state does not tell, and it is not judged.
+/// When an episode has failed: criteria 1 to 6 of [Ha2015, §8.3.3] by their numbers there, and one
+/// more. The paper prints no thresholds; but for the first these are the ones its experiments ran
+/// with. Criterion 2, board and wheel have parted, is not judged: a state does not tell it.
 struct BalanceLimits {
-  double body_angle = 0.5;    ///< of the legs from the vertical [rad]
-  double board_angle = 0.3;   ///< of the board from the horizontal [rad]; at 0.34 it touches
-  double rate = 6.2;          ///< of wheel, board and both together [rad/s]
-  double distance = 4.5;      ///< |α_w| + |α_b| + |θ| [rad]
-  double wheel_place = 0.15;  ///< |r α_w| [m]: where the paper's ground ends
+  double board_height = 0.005;  ///< 1, "board on the ground": its lower end [m] [ours]
+  double distance = 4.5;        ///< 3, "distance": |α_w| + |α_b| + |θ| [rad]
+  double body_angle = 0.5;      ///< 4, "body angle": of the legs from the vertical [rad]
+  double board_angle = 0.3;     ///< 5, "board angle": of the board from the horizontal [rad]; with
+                                ///< its middle on the wheel it touches the ground at 0.34
+  double rate = 6.2;            ///< 6, "rate": of wheel, board and both together [rad/s]
+  double wheel_place = 0.15;    ///< "wheel place": |r α_w| [m]: where the paper's ground ends
 
-  /// "body angle", "board angle", "rate", "distance", "wheel place", or "" while all is well.
+  /// The name of what has failed, as above, or "" while all is well.
   std::string failure(const BongoParameters& board, const BongoBoard::State& x) const;
 };
 

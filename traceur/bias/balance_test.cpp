@@ -74,6 +74,14 @@ TEST(Balance, EndsWhereItFailsAndSaysWhy) {
   BalanceLimits narrow;
   narrow.wheel_place = 0.1;
   EXPECT_EQ(narrow.failure({}, x), "wheel place");
+  // Off its middle the board touches the ground at a smaller angle.
+  x << -2.28, 2, 0.2, 0, 0, 0;
+  EXPECT_EQ(limits.failure({}, x), "board on the ground");
+  EXPECT_NEAR(boardHeight({}, x), poseOf({}, x).board.y() - 0.3 * std::sin(0.28), 1e-12);
+  x << 2.28, -2, -0.2, 0, 0, 0;
+  EXPECT_EQ(limits.failure({}, x), "board on the ground");
+  x << 0.2, 0, -0.2, 0, 0, 0;
+  EXPECT_EQ(limits.failure({}, x), "");
   x[0] = NAN;
   EXPECT_NE(limits.failure({}, x), "");
 }

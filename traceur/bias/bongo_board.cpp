@@ -122,6 +122,13 @@ BongoPose poseOf(const BongoParameters& q, const BongoBoard::State& x) {
   return pose;
 }
 
+double boardHeight(const BongoParameters& q, const BongoBoard::State& x) {
+  const double f = x[0] + x[1];
+  const double middle =
+      q.wheel_radius + q.wheel_radius * std::cos(f) + q.wheel_radius * x[1] * std::sin(f);
+  return middle - q.board_length / 2 * std::abs(std::sin(f));
+}
+
 double pelvisVelocity(const BongoParameters& q, const BongoBoard::State& x) {
   const double r = q.wheel_radius;
   const double f = x[0] + x[1];

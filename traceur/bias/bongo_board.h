@@ -85,6 +85,9 @@ struct BongoPose {
 
 BongoPose poseOf(const BongoParameters& parameters, const BongoBoard::State& x);
 
+/// Of the board's lower end, the middle of its thickness [m].
+double boardHeight(const BongoParameters& parameters, const BongoBoard::State& x);
+
 /// The pelvis's horizontal speed [m/s].
 double pelvisVelocity(const BongoParameters& parameters, const BongoBoard::State& x);
 

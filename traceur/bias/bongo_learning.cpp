@@ -66,6 +66,24 @@ BongoSearch bongoSearch(std::string_view name) {
   return static_cast<BongoSearch>(indexOf(name, bongoSearches(), "search"));
 }
 
+const std::array<BongoFaultField, 12>& bongoFaultFields() {
+  using F = BongoFaults;
+  static constexpr std::array<BongoFaultField, 12> kFields = {
+      {{"inertia_scale", &F::inertia_scale, 0.1, 10},
+       {"torque_variance", &F::torque_variance, 0, 1e4},
+       {"angle_variance", &F::angle_variance, 0, 1},
+       {"rate_variance", &F::rate_variance, 0, 100},
+       {"delay", &F::delay, 0, 0.5},
+       {"coulomb_friction", &F::coulomb_friction, 0, 100},
+       {"viscous_friction", &F::viscous_friction, 0, 100},
+       {"com_offset", &F::com_offset, -0.1, 0.1},
+       {"torque_gain", &F::torque_gain, 0, 10},
+       {"encoder_step", &F::encoder_step, 0, 0.1},
+       {"ground_friction", &F::ground_friction, 0, 10},
+       {"board_friction", &F::board_friction, 0, 10}}};
+  return kFields;
+}
+
 BongoMachine readBongoMachine(const std::filesystem::path& file) {
   const TomlValue document = parseToml(readFile(file), file.string());
   Diagnostics diagnostics(file.string());
@@ -76,29 +94,12 @@ BongoMachine readBongoMachine(const std::filesystem::path& file) {
     top.fail("start_angle", "expected 0 to 5.7 degrees");
   }
   const TomlReader table = top.table("faults");
-  BongoFaults& f = machine.faults;
-  struct Field {
-    const char* key;
-    double* value;
-    double least, most;
-  };
-  const std::array<Field, 12> fields = {{{"inertia_scale", &f.inertia_scale, 0.1, 10},
-                                         {"torque_variance", &f.torque_variance, 0, 1e4},
-                                         {"angle_variance", &f.angle_variance, 0, 1},
-                                         {"rate_variance", &f.rate_variance, 0, 100},
-                                         {"delay", &f.delay, 0, 0.5},
-                                         {"coulomb_friction", &f.coulomb_friction, 0, 100},
-                                         {"viscous_friction", &f.viscous_friction, 0, 100},
-                                         {"com_offset", &f.com_offset, -0.1, 0.1},
-                                         {"torque_gain", &f.torque_gain, 0, 10},
-                                         {"encoder_step", &f.encoder_step, 0, 0.1},
-                                         {"ground_friction", &f.ground_friction, 0, 10},
-                                         {"board_friction", &f.board_friction, 0, 10}}};
-  for (const Field& field : fields) {
-    *field.value = table.number(field.key, *field.value);
-    if (!(*field.value >= field.least && *field.value <= field.most)) {
-      table.fail(field.key,
-                 fmt::format("expected {} to {}, got {}", field.least, field.most, *field.value));
+  for (const BongoFaultField& field : bongoFaultFields()) {
+    double& value = machine.faults.*field.value;
+    value = table.number(field.name, value);
+    if (!(value >= field.least && value <= field.most)) {
+      table.fail(field.name,
+                 fmt::format("expected {} to {}, got {}", field.least, field.most, value));
     }
   }
   table.finish();
@@ -160,6 +161,7 @@ BiasOptions bongoBias(BongoMethod method, const VectorXd& noise) {
   o.input_scale.resize(7 + lags + directions);
   o.input_scale << VectorXd::Ones(3), VectorXd::Constant(3, 0.1),
       VectorXd::Constant(1 + lags, 0.01), VectorXd::Ones(directions);
+  o.outlier = bongoFilters()[6].threshold;
   o.output_scale.resize(6);
   if (published) {
     o.output_scale << VectorXd::Ones(3), VectorXd::Constant(3, 0.1);
@@ -198,8 +200,55 @@ BiasOptions bongoBias(BongoMethod method, const VectorXd& noise) {
   return o;
 }
 
+BiasOptions bongoBias(BongoMethod method, const std::vector<RunLog>& logs,
+                      const BongoParameters& board) {
+  BongoBoard model(board);
+  return bongoBias(method, readingNoise(logs, model, bongoKeeps));
+}
+
+const std::array<BongoFilter, 7>& bongoFilters() {
+  static constexpr BalanceLimits kLimits;
+  static constexpr std::array<BongoFilter, 7> kFilters = {
+      {{"board on the ground", kLimits.board_height, "m"},
+       {"board and wheel apart", std::numeric_limits<double>::quiet_NaN(), ""},
+       {"distance", kLimits.distance, "rad"},
+       {"body angle", 0.7, "rad"},
+       {"board angle", kLimits.board_angle, "rad"},
+       {"rate", kLimits.rate, "rad/s"},
+       {"prediction", 1, "rad, 10 rad/s"}}};
+  return kFilters;
+}
+
+int bongoFilter(const VectorXd& x) {
+  const auto above = [&](int filter, double value) {
+    return !(std::abs(value) <= bongoFilters()[filter].threshold);
+  };
+  if (!(boardHeight({}, x) >= bongoFilters()[0].threshold)) return 0;
+  if (above(2, x.head<3>().lpNorm<1>())) return 2;
+  if (above(3, x[0] + x[1] + x[2])) return 3;
+  if (above(4, x[0] + x[1])) return 4;
+  if (above(5, x[3]) || above(5, x[4]) || above(5, x[3] + x[4])) return 5;
+  return -1;
+}
+
 bool bongoKeeps(const VectorXd& x) {
-  return std::abs(x[0] + x[1] + x[2]) <= 0.7 && x.head<3>().lpNorm<1>() <= 4.5;
+  return bongoFilter(x) < 0;
+}
+
+BongoSamples bongoSamples(const std::vector<RunLog>& logs, const BongoParameters& board,
+                          const BiasOptions& options) {
+  BongoSamples samples;
+  BongoBoard model(board);
+  for (const RunLog& log : logs) {
+    std::vector<LeftOut> left_out;
+    const auto kept = samplesOf(log, model, options, bongoKeeps, &left_out);
+    samples.kept.insert(samples.kept.end(), kept.begin(), kept.end());
+    for (const LeftOut& l : left_out) {
+      const int filter = l.outlier ? 6 : bongoFilter(log.x.col(l.reading));
+      ++samples.left_out[filter];
+    }
+  }
+  return samples;
 }
 
 ModelLearner bongoLearner(const BongoLearning& o) {
@@ -221,10 +270,8 @@ ModelLearner bongoLearner(const BongoLearning& o) {
   };
   switch (o.method) {
     case BongoMethod::kBias:
-      return [noisy, nominal](const std::vector<RunLog>& logs, int iteration) {
-        BongoBoard model = *nominal();
-        const BiasOptions here =
-            bongoBias(BongoMethod::kBias, readingNoise(logs, model, bongoKeeps));
+      return [noisy, nominal, board](const std::vector<RunLog>& logs, int iteration) {
+        const BiasOptions here = bongoBias(BongoMethod::kBias, logs, board);
         return noisy(logs, iteration, biasLearner(nominal, here, bongoKeeps)(logs, iteration));
       };
     case BongoMethod::kPublished:
@@ -256,6 +303,18 @@ ModelLearner bongoLearner(const BongoLearning& o) {
   };
 }
 
+BiasLearned learnOnMachine(const BongoMachine& machine, const BongoLearning& o,
+                           const std::stop_token& stop) {
+  BiasLoopOptions loop = bongoLoop(o);
+  loop.stop = stop;
+  return learnWithBias(
+      bongoTask(o), bongoLearner(o),
+      [&](const VectorXd& parameters, int number) {
+        return runMachine(machine, o.board, parameters, o.seed, number);
+      },
+      loop);
+}
+
 BiasLoopOptions bongoLoop(const BongoLearning& o) {
   BiasLoopOptions loop;
   loop.iterations = o.iterations;
@@ -274,18 +333,21 @@ BiasLoopOptions bongoLoop(const BongoLearning& o) {
   return loop;
 }
 
-double costOf(const RunLog& log, const BongoParameters& board, const BalanceCost& cost,
-              const BalanceLimits& limits) {
+Episode episodeOf(const RunLog& log, const BongoParameters& board, const BalanceCost& cost,
+                  const BalanceLimits& limits) {
+  Episode episode;
   double farthest = 0;
   double effort = 0;
-  int steps = 0;
-  for (; steps < std::min(cost.steps, log.steps()); ++steps) {
-    const BongoBoard::State x = log.x.col(steps);
-    if (!limits.failure(board, x).empty()) break;
+  for (int& t = episode.steps; t < cost.steps; ++t) {
+    const BongoBoard::State x = log.x.col(t);
+    episode.failure = limits.failure(board, x);
+    if (!episode.failed() && t == log.steps()) episode.failure = "end of the log";
+    if (episode.failed()) break;
     farthest = std::max(farthest, cost.of(x));
-    effort += cost.torque * log.u.col(steps).squaredNorm();
+    effort += cost.torque * log.u.col(t).squaredNorm();
   }
-  return cost.failure * (cost.steps - steps) + farthest + effort;
+  episode.cost = cost.failure * (cost.steps - episode.steps) + farthest + effort;
+  return episode;
 }
 
 PlantRun runMachine(const BongoMachine& machine, const BongoParameters& board,

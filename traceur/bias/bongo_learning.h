@@ -2,6 +2,7 @@
 // logs [Ha2015, §8.5].
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <numbers>
 #include <string>
@@ -48,6 +49,14 @@ struct BongoMachine {
   double start_angle = 0.5 * std::numbers::pi / 180;
 };
 
+/// A field of BongoFaults, and what it may be.
+struct BongoFaultField {
+  std::string_view name;  ///< "inertia_scale"
+  double BongoFaults::*value;
+  double least, most;
+};
+const std::array<BongoFaultField, 12>& bongoFaultFields();
+
 /// Reads
 ///
 ///     start_angle = 0.5          # deg
@@ -71,6 +80,11 @@ struct BongoLearning {
 /// @param angle  of the wheel and of the board [rad]; legs upright on it, at rest
 BongoBoard::State bongoStart(double wheel_angle, double board_angle);
 
+/// Learns on a simulated machine. The runs' noise and starts follow from the seed.
+/// @param stop  asks it to end
+BiasLearned learnOnMachine(const BongoMachine& machine, const BongoLearning& options,
+                           const std::stop_token& stop = {});
+
 BiasTask bongoTask(const BongoLearning& options);
 ModelLearner bongoLearner(const BongoLearning& options);
 BiasLoopOptions bongoLoop(const BongoLearning& options);
@@ -79,13 +93,46 @@ BiasLoopOptions bongoLoop(const BongoLearning& options);
 /// kBias learns that of the torque, from windows as long as it takes.
 /// @param noise  (6) variances, of the readings
 BiasOptions bongoBias(BongoMethod method, const VectorXd& noise = VectorXd::Zero(6));
-/// Whether a reading is of use to learn from: the data filters of [Ha2015, §8.3.3] that a single
-/// reading can be judged by, with the numbers of its experiments.
+/// The same for certain logs: where a method heeds the readings' noise, with theirs.
+BiasOptions bongoBias(BongoMethod method, const std::vector<RunLog>& logs,
+                      const BongoParameters& board);
+
+/// A data filter of [Ha2015, §8.3.3]: a sample with such a reading is not learned from. The paper
+/// prints no thresholds; those without a word on their source are its experiments'.
+struct BongoFilter {
+  std::string_view name;
+  double threshold;  ///< NaN: not judged
+  std::string_view unit;
+};
+/// The seven, in the paper's order:
+///
+///     1  board on the ground     0.005 m, its lower end below it [ours]
+///     2  board and wheel apart   not judged: a state does not tell
+///     3  distance                4.5 rad, |α_w| + |α_b| + |θ| above it
+///     4  body angle              0.7 rad, of the legs from the vertical; an episode ends at 0.5
+///     5  board angle             0.3 rad, from the horizontal [ours: as an episode ends]
+///     6  rate                    6.2 rad/s, of wheel, board or both [ours: as an episode ends]
+///     7  prediction              1, from where the model goes in a step, in rad and 10 rad/s
+///
+/// 7 needs the reading before and is left to BiasOptions::outlier.
+const std::array<BongoFilter, 7>& bongoFilters();
+/// The first filter, as an index, that is against a reading; -1 for none of 1 to 6.
+int bongoFilter(const VectorXd& x);
+/// Whether a reading is of use to learn from: no filter is against it.
 bool bongoKeeps(const VectorXd& x);
 
-/// Cost of a run that was seen: as balance() would have counted it.
-double costOf(const RunLog& log, const BongoParameters& board, const BalanceCost& cost = {},
-              const BalanceLimits& limits = {});
+/// What can be learned from logs, and how many samples each filter is against.
+struct BongoSamples {
+  std::vector<BiasSample> kept;
+  std::array<int, 7> left_out{};  ///< by bongoFilters()
+};
+BongoSamples bongoSamples(const std::vector<RunLog>& logs, const BongoParameters& board,
+                          const BiasOptions& options);
+
+/// A run that was seen, as balance() would have counted it. One that ends early without a failure
+/// was cut short: its failure is "end of the log".
+Episode episodeOf(const RunLog& log, const BongoParameters& board, const BalanceCost& cost = {},
+                  const BalanceLimits& limits = {});
 
 /// A run of the machine from the start that (seed, number) draws.
 PlantRun runMachine(const BongoMachine& machine, const BongoParameters& board,

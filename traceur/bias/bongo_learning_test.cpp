@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "traceur/bias/noisy_plant.h"
@@ -74,10 +75,57 @@ TEST(BongoLearning, ACostCanBeToldFromALogAlone) {
   VectorXd parameters = VectorXd::Zero(5);
   for (int number = 0; number < 3; ++number) {
     const PlantRun run = runMachine(machine, {}, parameters, 4, number);
-    EXPECT_EQ(run.cost, costOf(run.log, {})) << number;
+    const Episode seen = episodeOf(run.log, {});
+    EXPECT_EQ(run.cost, seen.cost) << number;
+    EXPECT_TRUE(seen.failed());
+    EXPECT_NE(seen.failure, "end of the log");
     EXPECT_EQ(run.cost, runMachine(machine, {}, parameters, 4, number).cost);
     parameters[number] = 3;
   }
+}
+
+TEST(BongoLearning, ARunThatWasCutShortDidNotSucceed) {
+  RunLog log = runMachine({}, {}, VectorXd::Zero(5), 4, 0).log;
+  log.x.conservativeResize(Eigen::NoChange, 101);
+  log.u.conservativeResize(Eigen::NoChange, 100);
+  const Episode seen = episodeOf(log, {});
+  EXPECT_EQ(seen.steps, 100);
+  EXPECT_EQ(seen.failure, "end of the log");
+  EXPECT_GT(seen.cost, 200 * 4900);
+}
+
+TEST(BongoLearning, EveryFilterIsToldByName) {
+  const auto name_of = [](std::initializer_list<double> values) {
+    const VectorXd x = Eigen::Map<const VectorXd>(values.begin(), 6);
+    const int filter = bongoFilter(x);
+    EXPECT_EQ(bongoKeeps(x), filter < 0);
+    return filter < 0 ? std::string_view() : bongoFilters()[filter].name;
+  };
+  EXPECT_EQ(name_of({0, 0, 0, 0, 0, 0}), "");
+  EXPECT_EQ(name_of({0, 0.2, 0.45, 3, 3, 0}), "");
+  EXPECT_EQ(name_of({0, 0.36, 0, 0, 0, 0}), "board on the ground");
+  EXPECT_EQ(name_of({2.3, -2.3, 0, 0, 0, 0}), "distance");
+  EXPECT_EQ(name_of({0, 0.2, 0.6, 0, 0, 0}), "body angle");
+  EXPECT_EQ(name_of({0, 0.31, 0, 0, 0, 0}), "board angle");
+  EXPECT_EQ(name_of({0, 0, 0, 4, 3, 0}), "rate");
+  EXPECT_NE(name_of({NAN, 0, 0, 0, 0, 0}), "");
+  EXPECT_TRUE(std::isnan(bongoFilters()[1].threshold));  // not judged
+}
+
+TEST(BongoLearning, SamplesAreCountedByTheFilterThatIsAgainstThem) {
+  RunLog log = runMachine({}, {}, VectorXd::Zero(5), 4, 0).log;
+  const BiasOptions o = bongoBias(BongoMethod::kBias);
+  const BongoSamples whole = bongoSamples({log}, {}, o);
+  ASSERT_GT(whole.kept.size(), 4U);
+  log.x(2, 10) += 3;  // a reading of the joint that jumps: leans too much
+  log.x(3, 50) += 12;
+  log.x(4, 50) -= 12;  // both are too fast
+  log.x(5, 90) += 20;  // nothing but the model says no
+  const BongoSamples left = bongoSamples({log}, {}, o);
+  EXPECT_EQ(left.kept.size(), whole.kept.size() - 3);
+  EXPECT_EQ(left.left_out[3], whole.left_out[3] + 1);
+  EXPECT_EQ(left.left_out[5], whole.left_out[5] + 1);
+  EXPECT_EQ(left.left_out[6], whole.left_out[6] + 1);
 }
 
 /// Without faults every method's models are of use from the first, and no logs change nothing.

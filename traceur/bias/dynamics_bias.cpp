@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "traceur/core/error.h"
 
@@ -138,10 +139,28 @@ Window inputBias(Plant& model, const MatrixXd& readings, const MatrixXd& u, cons
   return {std::move(x), std::move(more)};
 }
 
+/// What is against the sample from reading t on.
+std::optional<LeftOut> unusable(const RunLog& log, int t, Plant& model, const BiasOptions& o,
+                                const std::function<bool(const VectorXd& x)>& keep) {
+  const Eigen::Index n = log.x.rows();
+  for (int i = t; i <= t + o.average; ++i) {
+    if (!keep(log.x.col(i))) return LeftOut{.reading = i};
+    if (i == t || std::isinf(o.outlier)) continue;
+    model.reset(log.x.col(i - 1));
+    model.step(log.u.col(i - 1));
+    const VectorXd missed = log.x.col(i) - model.state();
+    if (!(missed.cwiseProduct(o.input_scale.head(n)).norm() <= o.outlier)) {
+      return LeftOut{.reading = i, .outlier = true};
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<BiasSample> samplesOf(const RunLog& log, Plant& model, const BiasOptions& o,
-                                  const std::function<bool(const VectorXd& x)>& keep) {
+                                  const std::function<bool(const VectorXd& x)>& keep,
+                                  std::vector<LeftOut>* left_out) {
   if (log.x.rows() != model.states() || log.u.rows() != model.inputs() ||
       log.x.cols() != log.u.cols() + 1) {
     throw InputError(fmt::format(
@@ -160,9 +179,11 @@ std::vector<BiasSample> samplesOf(const RunLog& log, Plant& model, const BiasOpt
   const Eigen::Index m = log.u.rows();
   const auto directions = static_cast<Eigen::Index>(o.directions.size());
   for (int t = 0; t + k <= log.steps(); t += o.stride) {
-    bool good = true;
-    for (int i = t; i <= t + k && good; ++i) good = keep(log.x.col(i));
-    if (!good) continue;
+    const std::optional<LeftOut> bad = unusable(log, t, model, o, keep);
+    if (bad) {
+      if (left_out) left_out->push_back(*bad);
+      continue;
+    }
     VectorXd u(m * static_cast<Eigen::Index>(1 + o.lags.size()) + directions);
     u.head(m) = log.u.middleCols(t, k).rowwise().mean();
     for (size_t l = 0; l < o.lags.size(); ++l) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -55,6 +56,15 @@ struct BiasOptions {
   /// few components, which cannot push a machine at rest where no input could [ours]. Empty:
   /// readings are exact.
   VectorXd noise;
+  /// A reading is an outlier that is farther than this from where the model goes in a step from the
+  /// one before, in the scale of the regression's inputs [Ha2015, §8.3.3, 7].
+  double outlier = std::numeric_limits<double>::infinity();
+};
+
+/// A sample that was left out, and the first of its readings that may not be used.
+struct LeftOut {
+  int reading = 0;
+  bool outlier = false;  ///< BiasOptions::outlier, not `keep`, is against it
 };
 
 /// A sample: in state x, given u, the plant moved by `difference` more in a step than the model.
@@ -80,9 +90,11 @@ struct BiasSample {
 /// by two steps of Gauss and Newton, and its x the mean of the states found.
 /// @param model  has no state besides x
 /// @param keep  whether a reading may be used; a sample needs all of its own
+/// @param left_out  when given: those that were not taken are added to it
 /// @throws InputError for a log of another plant's sizes or time step
 std::vector<BiasSample> samplesOf(const RunLog& log, Plant& model, const BiasOptions& options,
-                                  const std::function<bool(const VectorXd& x)>& keep);
+                                  const std::function<bool(const VectorXd& x)>& keep,
+                                  std::vector<LeftOut>* left_out = nullptr);
 
 /// At most so many of the samples, each chosen to be as far as can be from those chosen before, in
 /// the kernel's lengths; the first is kept.

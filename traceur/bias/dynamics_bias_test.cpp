@@ -305,5 +305,27 @@ TEST(DynamicsBias, OfTheBongoBoardsInertiaIsLearnedFromFourRuns) {
   EXPECT_GT(score_of(20).minCoeff(), 0.95);
 }
 
+TEST(DynamicsBias, SaysWhichSamplesWereLeftOutAndWhy) {
+  Line model(-1, 1), plant(-1.3, 0.8);
+  BiasOptions o = lineOptions();
+  o.average = 4;
+  o.stride = 10;
+  RunLog log = drive(plant, VectorXd::Ones(1), 100, [](int t) { return std::sin(0.1 * t); });
+  const size_t all_of_them = samplesOf(log, model, o, all).size();
+  EXPECT_EQ(all_of_them, 10U);
+  log.x(0, 32) += 0.5;  // a reading that jumps
+  log.x(0, 61) = 7;     // and one that is refused
+  const auto keep = [](const VectorXd& x) { return x[0] < 5; };
+  EXPECT_EQ(samplesOf(log, model, o, keep).size(), all_of_them - 1);
+  o.outlier = 0.2;
+  std::vector<LeftOut> left_out;
+  EXPECT_EQ(samplesOf(log, model, o, keep, &left_out).size(), all_of_them - 2);
+  ASSERT_EQ(left_out.size(), 2U);
+  EXPECT_EQ(left_out[0].reading, 32);
+  EXPECT_TRUE(left_out[0].outlier);
+  EXPECT_EQ(left_out[1].reading, 61);
+  EXPECT_FALSE(left_out[1].outlier);
+}
+
 }  // namespace
 }  // namespace traceur::bias
