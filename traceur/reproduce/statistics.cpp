@@ -54,4 +54,34 @@ Interval bootstrap(std::span<const Sample> samples,
   return {at(0.025), at(0.975)};
 }
 
+PairedDifference pairedDifference(const Sample& differences) {
+  assert(!differences.empty());
+  PairedDifference d;
+  d.pairs = static_cast<int>(differences.size());
+  d.mean = mean(differences);
+  d.interval =
+      bootstrap({&differences, 1}, [](std::span<const Sample> drawn) { return mean(drawn[0]); });
+  static constexpr int kExact = 16;
+  static constexpr std::uint64_t kDraws = 1U << kExact;
+  const bool exact = d.pairs <= kExact;
+  const std::uint64_t all = exact ? std::uint64_t{1} << d.pairs : kDraws;
+  // Sums that differ by rounding are equal.
+  const double limit = std::abs(d.mean) * d.pairs * (1 - 1e-9) - 1e-12;
+  Random random(1);
+  std::uint64_t as_far = 0;
+  for (std::uint64_t i = 0; i < all; ++i) {
+    double sum = 0;
+    std::uint64_t signs = i;
+    for (int k = 0; k < d.pairs; ++k, signs >>= 1) {
+      if (!exact && k % 64 == 0) signs = random.bits();
+      sum += (signs & 1) ? -differences[k] : differences[k];
+    }
+    as_far += std::abs(sum) >= limit;
+  }
+  // What was seen is one of the random draws, too.
+  d.p = exact ? static_cast<double>(as_far) / static_cast<double>(all)
+              : static_cast<double>(as_far + 1) / static_cast<double>(all + 1);
+  return d;
+}
+
 }  // namespace traceur::reproduce

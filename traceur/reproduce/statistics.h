@@ -31,4 +31,17 @@ Interval bootstrap(std::span<const Sample> samples,
                    const std::function<double(std::span<const Sample>)>& statistic,
                    int resamples = 4000);
 
+/// What pairs of runs, alike but for one thing, say of it.
+struct PairedDifference {
+  int pairs = 0;
+  double mean = 0;    ///< of the differences
+  Interval interval;  ///< of the mean, bootstrap over the pairs
+  /// Of a mean as far from 0, were each difference as likely of the other sign: the exact sign-flip
+  /// test, two-sided, over all 2ⁿ signs; of more than 16 pairs over 65536 random ones.
+  double p = 1;
+};
+
+/// @param differences  of each pair, at least one
+PairedDifference pairedDifference(const Sample& differences);
+
 }  // namespace traceur::reproduce

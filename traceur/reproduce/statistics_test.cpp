@@ -46,5 +46,35 @@ TEST(Bootstrap, IsAPointForEqualRunsAndAPureFunction) {
   EXPECT_LT(bootstrap(spread, ratio).low, bootstrap(spread, ratio).high);
 }
 
+TEST(PairedDifference, CountsTheSignsThatGoAsFar) {
+  // Of the 16 signs of 1, 2, 3, 4 only all alike give a sum of ±10.
+  const PairedDifference d = pairedDifference({1, 2, 3, 4});
+  EXPECT_EQ(d.pairs, 4);
+  EXPECT_DOUBLE_EQ(d.mean, 2.5);
+  EXPECT_DOUBLE_EQ(d.p, 2.0 / 16);
+  EXPECT_GE(d.interval.low, 1);
+  EXPECT_LE(d.interval.high, 4);
+  EXPECT_DOUBLE_EQ(pairedDifference({-1, -2, -3, -4}).p, 2.0 / 16);
+  EXPECT_DOUBLE_EQ(pairedDifference({1, -1}).p, 1);
+  EXPECT_DOUBLE_EQ(pairedDifference({0, 0, 0}).p, 1);
+  // 0.1 + 0.2 - 0.3 is 0 but for rounding.
+  EXPECT_DOUBLE_EQ(pairedDifference({0.1, 0.2, -0.3}).p, 1);
+}
+
+TEST(PairedDifference, OfManyPairsIsDrawnAndStillRight) {
+  EXPECT_LT(pairedDifference(Sample(30, 1.0)).p, 1e-4);
+  // Of noise, a p below 0.1 in a tenth of all samples.
+  int low = 0;
+  constexpr int kTrials = 100;
+  for (int t = 0; t < kTrials; ++t) {
+    Random random(9, t);
+    Sample s(18);
+    for (double& v : s) v = random.normal();
+    low += pairedDifference(s).p < 0.1;
+  }
+  EXPECT_GT(low, 2);
+  EXPECT_LT(low, 20);
+}
+
 }  // namespace
 }  // namespace traceur::reproduce
