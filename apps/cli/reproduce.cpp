@@ -7,11 +7,10 @@
 
 #include "apps/cli/interrupt.h"
 #include "apps/cli/progress.h"
+#include "apps/cli/reproduce_pictures.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
-#include "traceur/render/figure.h"
-#include "traceur/reproduce/figure_28.h"
 #include "traceur/reproduce/table.h"
 
 namespace traceur::cli {
@@ -78,6 +77,15 @@ nlohmann::ordered_json asJson(const Table& t, const Summary& s) {
     for (size_t i = 0; i < t.ratios.size(); ++i) {
       row["ratios"][t.ratios[i].name] = toJson(s.ratios[r][i]);
     }
+    for (size_t i = 0; i < t.differences.size(); ++i) {
+      const PairedDifference& d = s.differences[r][i];
+      if (d.pairs == 0) continue;
+      row["differences"][t.differences[i].name] = {{"mean", d.mean},
+                                                   {"low", d.interval.low},
+                                                   {"high", d.interval.high},
+                                                   {"p", d.p},
+                                                   {"pairs", d.pairs}};
+    }
     j["rows"].push_back(std::move(row));
   }
   for (const Summary::Group& g : s.groups) {
@@ -111,6 +119,12 @@ std::string asText(const Table& t, const Summary& s) {
       const RatioSummary& ratio = s.ratios[r][i];
       line(t.ratios[i].name, ratio.printed, ratio.value, ratio.interval, "");
     }
+    for (size_t i = 0; i < t.differences.size(); ++i) {
+      const PairedDifference& d = s.differences[r][i];
+      if (d.pairs == 0) continue;
+      line(t.differences[i].name, kNotPrinted, d.mean, d.interval,
+           fmt::format("p = {:.2g}, {} pairs", d.p, d.pairs));
+    }
   }
   for (const Summary::Group& g : s.groups) {
     text +=
@@ -129,8 +143,10 @@ std::string asMarkdown(const Table& t, const Summary& s) {
       t.name, t.title, t.protocol, nameOf(t.center));
   for (const Column& c : t.columns) text += fmt::format(" {} |", c.name);
   for (const Ratio& r : t.ratios) text += fmt::format(" {} |", r.name);
+  for (const Difference& d : t.differences) text += fmt::format(" {} |", d.name);
   text += "\n|---|";
-  for (size_t i = 0; i < t.columns.size() + t.ratios.size(); ++i) text += "---|";
+  for (size_t i = 0; i < t.columns.size() + t.ratios.size() + t.differences.size(); ++i)
+    text += "---|";
   const auto printed = [](double x) { return std::isnan(x) ? std::string() : number(x) + " → "; };
   for (size_t r = 0; r < t.rows.size(); ++r) {
     text += fmt::format("\n| {} ({}) |", t.rows[r].name, t.rows[r].quantity);
@@ -160,52 +176,6 @@ std::string asMarkdown(const Table& t, const Summary& s) {
   return text + "\n";
 }
 
-/// What the runs drew: a panel for each row, a colour for each column, a line for each seed; what
-/// is printed dashed.
-void drawPoints(const Results& results, const std::filesystem::path& file) {
-  const Table& t = results.table();
-  const std::vector<std::string> axes = split(t.points, ':');
-  render::Figure figure;
-  figure.title = t.title;
-  figure.panel_height = 380;
-  for (size_t r = 0; r < t.rows.size(); ++r) {
-    render::Panel panel;
-    panel.title = t.rows[r].name;
-    panel.xlabel = axes.at(0);
-    panel.ylabel = axes.at(1);
-    panel.log_y = axes.at(1) == "cost";
-    for (size_t c = 0; c < t.columns.size(); ++c) {
-      bool labelled = false;
-      render::Series falls{"falls", {}, {}, render::Style::kCrosses};
-      const auto draw = [&](const std::vector<Point>& points, render::Style style) {
-        render::Series line{labelled ? "" : t.columns[c].name, {}, {}, style};
-        line.color = static_cast<int>(c);
-        for (const Point& p : points) {
-          line.x.push_back(p.x);
-          line.y.push_back(p.y);
-          if (!std::isnan(p.y)) continue;
-          falls.x.push_back(p.x);
-          falls.y.push_back(0);
-        }
-        labelled = labelled || !line.x.empty();
-        if (!line.x.empty()) panel.series.push_back(std::move(line));
-      };
-      for (const auto& [key, outcome] : results.outcomes()) {
-        if (std::get<0>(key) == static_cast<int>(r) && std::get<1>(key) == static_cast<int>(c)) {
-          draw(outcome.points, axes[0] == "trials" ? render::Style::kStep : render::Style::kLine);
-        }
-      }
-      if (!falls.x.empty()) panel.series.push_back(falls);
-      if (labelled && t.printed_points) {
-        draw(t.printed_points(static_cast<int>(r), static_cast<int>(c)), render::Style::kDashed);
-      }
-    }
-    if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
-  }
-  if (figure.panels.empty()) throw InputError("no runs to draw");
-  render::writeFigure(figure, file);
-}
-
 /// Whether a row or column was asked for.
 template <typename T>
 std::vector<bool> chosen(const std::vector<T>& named, const std::vector<std::string>& names,
@@ -225,69 +195,37 @@ std::vector<bool> chosen(const std::vector<T>& named, const std::vector<std::str
   return in;
 }
 
-/// The printed preset and the default side by side, on Toy3.
-int drawFigure28(const Arguments& a) {
-  const std::string out = a.out.empty() ? "runs/figure-28.png" : a.out;
-  render::Figure figure;
-  figure.title = "What CMA-C takes to be feasible of Toy3 (grey), after a run";
-  figure.columns = 2;
-  figure.width = 1200;
-  figure.panel_height = 560;
-  nlohmann::ordered_json j{{"figure", "figure-28"}, {"seed", a.first_seed}, {"file", out}};
-  for (const char* algorithm : {"CMA-C 2015", "CMA-C"}) {
-    const LearnedRegion r = learnRegion(algorithm, a.first_seed);
-    render::Panel panel;
-    // Under the panel: over it stands the legend.
-    panel.xlabel =
-        fmt::format("{}: {} trials, {:.0f} % of the region right, {:.0f} % of the L found",
-                    algorithm, r.x.size(), 100 * r.precision, 100 * r.recall);
-    panel.ylabel = "y";
-    render::Series learned{"learned", {}, {}, render::Style::kPoints, {}, {}, render::kGrey};
-    static constexpr double kCell =
-        (LearnedRegion::kHigh - LearnedRegion::kLow) / LearnedRegion::kCells;
-    for (size_t c = 0; c < r.learned.size(); ++c) {
-      if (!r.learned[c]) continue;
-      const auto [j_row, i_column] = std::div(static_cast<int>(c), LearnedRegion::kCells);
-      learned.x.push_back(LearnedRegion::kLow + (i_column + 0.5) * kCell);
-      learned.y.push_back(LearnedRegion::kLow + (j_row + 0.5) * kCell);
-    }
-    render::Series good{"feasible trials", {}, {}, render::Style::kPoints};
-    render::Series bad{"infeasible", {}, {}, render::Style::kCrosses};
-    for (size_t t = 0; t < r.x.size(); ++t) {
-      const bool inside = std::min(r.x[t], r.y[t]) >= LearnedRegion::kLow &&
-                          std::max(r.x[t], r.y[t]) <= LearnedRegion::kHigh;
-      if (!inside) continue;
-      render::Series& trials = r.feasible[t] ? good : bad;
-      trials.x.push_back(r.x[t]);
-      trials.y.push_back(r.y[t]);
-    }
-    const render::Series truth{
-        "truth", {3, 3.5, 3.5, 4, 4, 3, 3}, {3.5, 3.5, 3, 3, 4, 4, 3.5}, render::Style::kLine};
-    for (const render::Series& series : {learned, truth, good, bad}) {
-      if (!series.x.empty()) panel.series.push_back(series);
-    }
-    figure.panels.push_back(std::move(panel));
-    j["learned"].push_back({{"algorithm", algorithm},
-                            {"trials", r.x.size()},
-                            {"precision", r.precision},
-                            {"recall", r.recall}});
+/// A figure that is drawn anew each time, without a CSV.
+int draw(const Drawing& drawing, const Arguments& a) {
+  const std::string out = a.out.empty() ? fmt::format("runs/{}.png", drawing.name) : a.out;
+  const std::filesystem::path file(out);
+  if (file.extension() != ".png" && (drawing.pixels || file.extension() != ".svg")) {
+    throw InputError(
+        fmt::format("--out {}: expected {}", out, drawing.pixels ? ".png" : ".png or .svg"));
   }
-  if (const auto folder = std::filesystem::path(out).parent_path(); !folder.empty()) {
-    std::filesystem::create_directories(folder);
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+  nlohmann::ordered_json j{{"figure", drawing.name}, {"seed", a.first_seed}, {"file", out}};
+  const nlohmann::ordered_json told = drawing.draw(a.first_seed, out);
+  j.update(told);
+  if (a.json) {
+    fmt::print("{}\n", j.dump(2));
+    return kDone;
   }
-  render::writeFigure(figure, out);
-  fmt::print("{}\n", a.json ? j.dump(2) : out);
+  if (told.contains("summary")) fmt::print("{}\n", told["summary"].get<std::string>());
+  fmt::print("{}\n", out);
   return kDone;
 }
 
 int reproduceTable(const Arguments& a) {
-  if (a.name == "figure-28") return drawFigure28(a);
+  for (const Drawing& drawing : drawings()) {
+    if (drawing.name == a.name) return draw(drawing, a);
+  }
   const Table& table = findTable(a.name);
   const std::string out = a.out.empty() ? fmt::format("runs/{}.csv", table.name) : a.out;
   Interrupt interrupt;  // before any other thread
   Results results(table);
   if (a.no_run || std::filesystem::exists(out)) results = Results::read(table, out);
-  const bool figure = !table.points.empty() && table.figure;
+  const bool figure = !table.points.empty() && table.drawn != Drawn::kNothing;
   if (!a.picture.empty() && !figure) {
     throw InputError(fmt::format("--picture: {} is no figure", table.name));
   }
@@ -339,7 +277,7 @@ int reproduceTable(const Arguments& a) {
   if (picture.empty() && figure && !a.no_run) {
     picture = std::filesystem::path(out).replace_extension(".png").string();
   }
-  if (!picture.empty()) drawPoints(results, picture);
+  if (!picture.empty()) drawTable(results, picture);
   if (!a.quiet && !picture.empty()) fmt::print(stderr, "figure: {}\n", picture);
   if (!a.quiet && !a.no_run) fmt::print(stderr, "every run: {}\n", out);
   return kDone;
@@ -353,7 +291,7 @@ void addReproduce(CLI::App& program, int& exit_code) {
       "reproduce", "Run a published table again; print the paper's numbers beside ours.");
   std::vector<std::string> names;
   for (const Table& t : allTables()) names.push_back(t.name);
-  names.push_back("figure-28");
+  for (const Drawing& d : drawings()) names.emplace_back(d.name);
   verb->add_option("TABLE", a->name, "One of: " + join(names))->required();
   auto* seeds =
       verb->add_option("--seeds", a->seeds,
@@ -363,15 +301,17 @@ void addReproduce(CLI::App& program, int& exit_code) {
   verb->add_option("--seed", a->first_seed, "The first seed")->capture_default_str();
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
-  verb->add_option("--out", a->out,
-                   "CSV of every run; runs it already has are not made again, and only one process "
-                   "may write it at a time. Default: runs/TABLE.csv. Of figure-28: the picture");
+  verb->add_option(
+      "--out", a->out,
+      "CSV of every run; runs it already has are not made again, and only one process "
+      "may write it at a time. Default: runs/TABLE.csv. Of figure-28, 39 and 40: the picture");
   verb->add_option("--row", a->rows, "Run only these rows; all that was run is told")
       ->delimiter(',');
   verb->add_option("--column", a->columns, "Run only these columns")->delimiter(',');
   verb->add_option(
       "--picture", a->picture,
-      "Of figure-32 to 34, families and table-13: the figure, .png or .svg; default beside --out");
+      "Of figure-32 to 34, 41, 42, families and table-13: the figure, .png or .svg; default beside "
+      "--out");
   verb->add_flag("--no-run", a->no_run, "Only sum up what the CSV has");
   auto* json = verb->add_flag("--json", a->json, "Print one JSON object");
   verb->add_flag("--markdown", a->markdown, "Print a Markdown section")->excludes(json);
@@ -383,6 +323,7 @@ void addReproduce(CLI::App& program, int& exit_code) {
       "on\n"
       "  traceur reproduce table-11 --no-run --out docs/reproduction/table-11.csv\n"
       "  traceur reproduce figure-32 --row jump --column curve,contextual --seeds 3\n"
+      "  traceur reproduce figure-42 --row model --seeds 20\n"
       "  traceur reproduce figure-28 --seed 3 --out figure-28.png");
   verb->callback([a, &exit_code] { exit_code = reproduceTable(*a); });
 }

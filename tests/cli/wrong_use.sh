@@ -110,6 +110,8 @@ END
 "$traceur" export "$dir/b.run" >/dev/null || { echo "export: not of one task"; failures=$((failures + 1)); }
 expect 2 'none of this name' 'Did you mean "contextual"' -- reproduce figure-32 --column contextal
 expect 2 '--picture' 'is no figure' -- reproduce table-7 --picture "$dir/x.png"
+expect 2 'f.svg' 'expected .png' -- reproduce figure-39 --out "$dir/f.svg"
+expect 2 'f.pdf' '.png or .svg' -- reproduce figure-40 --out "$dir/f.pdf"
 
 expect 2 'no table or figure "table-12"' 'table-11' -- reproduce table-12
 expect 2 '--seeds' -- reproduce table-7 --seeds 0
@@ -203,6 +205,7 @@ expect 2 'usable samples' 'at least 10' -- balance fit --data "$dir/short.csv" -
 [ ! -e "$dir/p.json" ] || { echo "a refused log left a policy behind"; failures=$((failures + 1)); }
 echo '{}' >"$dir/policy.json"
 expect 2 'policy.json' 'not a policy' -- balance evaluate "$dir/policy.json"
+expect 2 'v.avi' 'expected .mp4' -- balance evaluate "$dir/policy.json" --video "$dir/v.avi"
 expect 2 'policy.json' 'not a policy' -- balance export "$dir/policy.json"
 
 # A later generation makes what was found before outdated, also when it is never replaced.

@@ -270,7 +270,7 @@ class Script {
     } else {
       const double lacking = std::max(0.0, p.least_span - (y.high - y.low)) / 2;
       double room = hasSquares(p) ? 0 : lacking + 0.06 * (y.high - y.low + 2 * lacking);
-      if (room == 0) room = y.low == 0 ? 1 : 0.1 * std::abs(y.low);
+      if (room == 0 && !hasSquares(p)) room = y.low == 0 ? 1 : 0.1 * std::abs(y.low);
       y = {y.low - room, y.high + room};
     }
     x_ = x;

@@ -3,6 +3,7 @@
 #include "traceur/reproduce/bongo.h"
 #include "traceur/reproduce/constrained_anchors.h"
 #include "traceur/reproduce/falls.h"
+#include "traceur/reproduce/figure_42.h"
 #include "traceur/reproduce/skill_families.h"
 #include "traceur/reproduce/table.h"
 #include "traceur/reproduce/table_11.h"
@@ -142,6 +143,8 @@ const std::vector<Table>& allTables() {
       figure33(),
       figure34(),
       table13(),
+      figure41(),
+      figure42(),
       bongoFaults(),
       table3(),
       table4(),

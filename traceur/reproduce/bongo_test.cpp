@@ -30,6 +30,17 @@ TEST(Bongo, FaultsTellHowOftenTheLastPolicyBalances) {
   EXPECT_EQ(summarise(read[1]).cells[1][0].value, 97);
 }
 
+TEST(Bongo, Figure41HasThePrintedCostsBesideOurs) {
+  const Table table = figure41();
+  ASSERT_EQ(table.rows.size(), 4U);
+  const std::vector<Point> printed = table.printed_points(1, 0);
+  ASSERT_EQ(printed.size(), 4U);
+  EXPECT_EQ(printed[0].x, 0);
+  EXPECT_EQ(printed[3].y, 91);
+  EXPECT_TRUE(table.printed_points(1, 1).empty());  // it printed no control
+  EXPECT_TRUE(table.printed_points(3, 0).empty());
+}
+
 /// A machine without faults: one iteration, the same for the same seed.
 TEST(Bongo, AFaultlessMachineIsBalancedAtOnce) {
   const Table table = table13();

@@ -149,7 +149,7 @@ Table randomFalls() {
       "push; missed: not below it. Points: the push and its share.",
       kProtocol);
   t.points = "push:share";
-  t.figure = false;
+  t.drawn = Drawn::kNothing;
   t.center = Center::kMedian;
   for (const Range& r : kRanges) {
     t.rows.push_back({fmt::format("{} {} {} {:g}-{:g} N", r.setup.robot, r.setup.stance,

@@ -240,6 +240,7 @@ Summary summarise(const Results& results) {
   Summary summary;
   summary.cells.resize(rows);
   summary.ratios.resize(rows);
+  summary.differences.resize(rows);
   for (size_t r = 0; r < rows; ++r) {
     for (size_t c = 0; c < t.columns.size(); ++c) {
       samples[r].push_back(results.values(static_cast<int>(r), static_cast<int>(c)));
@@ -286,6 +287,18 @@ Summary summarise(const Results& results) {
   std::vector<std::pair<std::string, std::vector<size_t>>> groups;
   for (size_t r = 0; r < rows; ++r) {
     for (const Ratio& ratio : t.ratios) summary.ratios[r].push_back(ratio_over({r}, ratio));
+    for (const Difference& d : t.differences) {
+      Sample of_seeds;
+      for (const auto& [key, outcome] : results.outcomes()) {
+        const auto [row, column, seed] = key;
+        if (row != static_cast<int>(r) || column != d.minuend) continue;
+        const auto other = results.outcomes().find({row, d.subtrahend, seed});
+        if (other == results.outcomes().end()) continue;
+        of_seeds.push_back(outcome.value - other->second.value);
+      }
+      summary.differences[r].push_back(of_seeds.empty() ? PairedDifference()
+                                                        : pairedDifference(of_seeds));
+    }
     auto group = std::find_if(groups.begin(), groups.end(),
                               [&](const auto& g) { return g.first == t.rows[r].group; });
     if (group == groups.end()) group = groups.insert(groups.end(), {t.rows[r].group, {}});

@@ -54,6 +54,29 @@ struct Ratio {
   std::vector<double> printed = {};  ///< a row each; empty: what the columns' printed values give
 };
 
+/// What one column's runs have more than another's of the same seeds, which are alike but for what
+/// the columns differ in.
+struct Difference {
+  std::string name;    ///< "with noise - without"
+  int minuend = 0;     ///< column
+  int subtrahend = 0;  ///< column
+};
+
+/// How a table's picture shows Outcome::points.
+enum class Drawn {
+  kNothing,
+  kLines,  ///< a panel for each row, a colour for each column, a line for each seed
+  kMap     ///< a panel for each cell: x numbers the squares of a Table::map, y is 0 to 1, the mean
+           ///< over the seeds is shown
+};
+
+/// Squares in rows from the lowest left one, x = j·count + i.
+struct Map {
+  int count = 0;  ///< each way
+  double low = 0, high = 0;
+  std::string xlabel, ylabel;
+};
+
 /// What stands for a cell's runs.
 enum class Center {
   kMean,
@@ -73,10 +96,12 @@ struct Table {
   std::vector<Row> rows;
   std::vector<Column> columns;
   std::vector<Ratio> ratios;
+  std::vector<Difference> differences = {};
   Center center = Center::kMean;
   /// "trials:cost": what Outcome::points are; empty for a table without.
   std::string points = {};
-  bool figure = true;  ///< whether points are there to be drawn
+  Drawn drawn = Drawn::kLines;  ///< of a table with points
+  Map map = {};                 ///< of Drawn::kMap
   /// Pure, and callable from several threads. Asked to stop, it may return anything soon.
   std::function<Outcome(int row, int column, std::uint64_t seed, const std::stop_token& stop)> run;
   /// What its runs depend on besides this program, in a few words, such as the skill files' prints;
@@ -160,6 +185,8 @@ struct RatioSummary {
 struct Summary {
   std::vector<std::vector<CellSummary>> cells;    ///< [row][column]; runs = 0: not run
   std::vector<std::vector<RatioSummary>> ratios;  ///< [row][ratio]; NaN where a cell is missing
+  /// [row][difference]; of the seeds both cells have, pairs = 0 for none
+  std::vector<std::vector<PairedDifference>> differences;
   struct Group {
     std::string name;
     std::string quantity;

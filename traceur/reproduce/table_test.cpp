@@ -66,6 +66,23 @@ TEST_F(TableFile, SumsUpWhatWasRun) {
               1e-12);
 }
 
+TEST_F(TableFile, PairsTheRunsOfASeed) {
+  Table table = known();
+  table.differences = {{"slow - fast", 0, 1}};
+  Results results(table);
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    results.add({0, 0, seed}, {10.0 * static_cast<double>(seed) + 1});
+    results.add({0, 1, seed}, {10.0 * static_cast<double>(seed)});
+  }
+  results.add({0, 0, 9}, {1000});  // has no partner
+  const Summary s = summarise(results);
+  EXPECT_EQ(s.differences[0][0].pairs, 4);
+  EXPECT_DOUBLE_EQ(s.differences[0][0].mean, 1);
+  EXPECT_DOUBLE_EQ(s.differences[0][0].interval.low, 1);
+  EXPECT_DOUBLE_EQ(s.differences[0][0].p, 2.0 / 16);
+  EXPECT_EQ(s.differences[1][0].pairs, 0);
+}
+
 TEST_F(TableFile, AFileIsTheSameForAnyThreadsAndAfterBeingCutShort) {
   const Table table = known();
   for (const int threads : {1, 3}) {
@@ -191,6 +208,10 @@ TEST(Tables, AreWholeAndPure) {
       EXPECT_LT(std::max(r.numerator, r.denominator), static_cast<int>(t.columns.size()));
       EXPECT_TRUE(r.printed.empty() || r.printed.size() == t.rows.size()) << r.name;
     }
+    for (const Difference& d : t.differences) {
+      EXPECT_LT(std::max(d.minuend, d.subtrahend), static_cast<int>(t.columns.size()));
+    }
+    EXPECT_TRUE(t.drawn != Drawn::kMap || t.map.count > 0);
     if (!t.points.empty()) continue;  // minutes a run
     // The last column is our default: fast enough for a test.
     const int column = static_cast<int>(t.columns.size()) - 1;
