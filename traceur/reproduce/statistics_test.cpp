@@ -22,7 +22,7 @@ TEST(Statistics, AreWhatTheirNamesSay) {
 
 TEST(Bootstrap, CoversTheTruthAsOftenAsItSays) {
   int covered = 0;
-  constexpr int kTrials = 400;
+  static constexpr int kTrials = 400;
   for (int t = 0; t < kTrials; ++t) {
     Random random(7, t);
     Sample s(40);
@@ -65,7 +65,7 @@ TEST(PairedDifference, OfManyPairsIsDrawnAndStillRight) {
   EXPECT_LT(pairedDifference(Sample(30, 1.0)).p, 1e-4);
   // Of noise, a p below 0.1 in a tenth of all samples.
   int low = 0;
-  constexpr int kTrials = 100;
+  static constexpr int kTrials = 100;
   for (int t = 0; t < kTrials; ++t) {
     Random random(9, t);
     Sample s(18);

@@ -32,18 +32,18 @@ Table known() {
 
 class TableFile : public testing::Test {
  protected:
-  TableFile() : dir_(fs::temp_directory_path() / fs::path("traceur-table-XXXXXX")) {
-    std::string name = dir_.string();
-    dir_ = mkdtemp(name.data());
+  TableFile() : dir(fs::temp_directory_path() / fs::path("traceur-table-XXXXXX")) {
+    std::string name = dir.string();
+    dir = mkdtemp(name.data());
   }
-  ~TableFile() override { fs::remove_all(dir_); }
+  ~TableFile() override { fs::remove_all(dir); }
 
   static std::string text(const fs::path& file) {
     std::stringstream s;
     s << std::ifstream(file).rdbuf();
     return s.str();
   }
-  fs::path dir_;
+  fs::path dir;
 };
 
 TEST_F(TableFile, SumsUpWhatWasRun) {
@@ -87,10 +87,10 @@ TEST_F(TableFile, AFileIsTheSameForAnyThreadsAndAfterBeingCutShort) {
   const Table table = known();
   for (const int threads : {1, 3}) {
     Results r(table);
-    r.run({.threads = threads}, dir_ / fmt::format("{}.csv", threads));
+    r.run({.threads = threads}, dir / fmt::format("{}.csv", threads));
   }
-  const std::string whole = text(dir_ / "1.csv");
-  EXPECT_EQ(text(dir_ / "3.csv"), whole);
+  const std::string whole = text(dir / "1.csv");
+  EXPECT_EQ(text(dir / "3.csv"), whole);
 
   int calls = 0;
   Table counting = table;
@@ -98,11 +98,11 @@ TEST_F(TableFile, AFileIsTheSameForAnyThreadsAndAfterBeingCutShort) {
     ++calls;
     return table.run(row, column, seed, stop);
   };
-  std::ofstream(dir_ / "cut.csv") << whole.substr(0, whole.size() - 5);  // in the last line
-  Results cut = Results::read(counting, dir_ / "cut.csv");
-  cut.run({}, dir_ / "cut.csv");
+  std::ofstream(dir / "cut.csv") << whole.substr(0, whole.size() - 5);  // in the last line
+  Results cut = Results::read(counting, dir / "cut.csv");
+  cut.run({}, dir / "cut.csv");
   EXPECT_EQ(calls, 1);
-  EXPECT_EQ(text(dir_ / "cut.csv"), whole);
+  EXPECT_EQ(text(dir / "cut.csv"), whole);
 }
 
 TEST_F(TableFile, StopsWhenAskedAndGoesOn) {
@@ -114,13 +114,13 @@ TEST_F(TableFile, StopsWhenAskedAndGoesOn) {
                               [&](int done, int) {
                                 if (done >= 8) stop.request_stop();
                               }},
-                         dir_ / "a.csv"));
-  Results second = Results::read(table, dir_ / "a.csv");
+                         dir / "a.csv"));
+  Results second = Results::read(table, dir / "a.csv");
   EXPECT_FALSE(second.values(0, 0).empty());
-  EXPECT_TRUE(second.run({}, dir_ / "a.csv"));
+  EXPECT_TRUE(second.run({}, dir / "a.csv"));
   Results whole(table);
-  whole.run({}, dir_ / "b.csv");
-  EXPECT_EQ(text(dir_ / "a.csv"), text(dir_ / "b.csv"));
+  whole.run({}, dir / "b.csv");
+  EXPECT_EQ(text(dir / "a.csv"), text(dir / "b.csv"));
 }
 
 TEST_F(TableFile, KeepsWhatRunsDrewAndRunsOnlyWhatIsWanted) {
@@ -131,9 +131,9 @@ TEST_F(TableFile, KeepsWhatRunsDrewAndRunsOnlyWhatIsWanted) {
   };
   Results results(table);
   results.run({.seeds = 2, .wanted = [](int row, int column) { return row == 1 && column == 0; }},
-              dir_ / "a.csv");
+              dir / "a.csv");
   EXPECT_EQ(results.outcomes().size(), 2U);
-  const Results again = Results::read(table, dir_ / "a.csv");
+  const Results again = Results::read(table, dir / "a.csv");
   const Outcome& o = again.outcomes().at({1, 0, 2});
   ASSERT_EQ(o.points.size(), 2U);
   EXPECT_EQ(o.points[0].x, 2);
@@ -142,22 +142,22 @@ TEST_F(TableFile, KeepsWhatRunsDrewAndRunsOnlyWhatIsWanted) {
 
   Table none = table;  // a run that drew nothing
   none.run = [](int, int, std::uint64_t, const std::stop_token&) { return Outcome{1, true}; };
-  Results(none).run({.seeds = 1}, dir_ / "b.csv");
-  EXPECT_TRUE(Results::read(none, dir_ / "b.csv").outcomes().at({0, 0, 1}).points.empty());
+  Results(none).run({.seeds = 1}, dir / "b.csv");
+  EXPECT_TRUE(Results::read(none, dir / "b.csv").outcomes().at({0, 0, 1}).points.empty());
 }
 
 TEST_F(TableFile, RunsMadeWithSomethingElseAreNotMixed) {
   Table table = known();
   std::string skill = "jump 1";
   table.made_with = [&] { return skill; };
-  Results(table).run({.seeds = 1}, dir_ / "a.csv");
-  EXPECT_EQ(text(dir_ / "a.csv").substr(0, 43), "# traceur reproduce known, made with jump 1");
-  EXPECT_TRUE(Results::read(table, dir_ / "a.csv").run({.seeds = 2}, dir_ / "a.csv"));
+  Results(table).run({.seeds = 1}, dir / "a.csv");
+  EXPECT_EQ(text(dir / "a.csv").substr(0, 43), "# traceur reproduce known, made with jump 1");
+  EXPECT_TRUE(Results::read(table, dir / "a.csv").run({.seeds = 2}, dir / "a.csv"));
   skill = "jump 2";
-  Results other = Results::read(table, dir_ / "a.csv");
+  Results other = Results::read(table, dir / "a.csv");
   EXPECT_EQ(other.outcomes().size(), 8U);  // to look at they are as good as ever
-  EXPECT_TRUE(other.run({.seeds = 2}, dir_ / "a.csv"));
-  EXPECT_THROW(other.run({.seeds = 3}, dir_ / "a.csv"), InputError);
+  EXPECT_TRUE(other.run({.seeds = 2}, dir / "a.csv"));
+  EXPECT_THROW(other.run({.seeds = 3}, dir / "a.csv"), InputError);
 }
 
 TEST_F(TableFile, ARunThatWasCutShortIsNotKept) {
@@ -168,16 +168,16 @@ TEST_F(TableFile, ARunThatWasCutShortIsNotKept) {
     return Outcome{7, false};
   };
   Results results(table);
-  EXPECT_FALSE(results.run({.stop = stop.get_token()}, dir_ / "a.csv"));
-  EXPECT_TRUE(Results::read(table, dir_ / "a.csv").outcomes().empty());
+  EXPECT_FALSE(results.run({.stop = stop.get_token()}, dir / "a.csv"));
+  EXPECT_TRUE(Results::read(table, dir / "a.csv").outcomes().empty());
 }
 
 TEST_F(TableFile, RefusesForeignFilesByLine) {
   const Table table = known();
   const auto refused = [&](const std::string& content, const std::string& words) {
-    std::ofstream(dir_ / "x.csv") << content;
+    std::ofstream(dir / "x.csv") << content;
     try {
-      Results::read(table, dir_ / "x.csv");
+      Results::read(table, dir / "x.csv");
       FAIL() << "accepted: " << content;
     } catch (const InputError& e) {
       EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
@@ -189,7 +189,7 @@ TEST_F(TableFile, RefusesForeignFilesByLine) {
   refused(head + "a,medium,1,3,0\n", "no column \"medium\"");
   refused(head + "a,slow,1,much,0\n", "x.csv:3");
   refused(head + "a,slow,1\n", "5 fields");
-  EXPECT_THROW(Results::read(table, dir_ / "none.csv"), SystemError);
+  EXPECT_THROW(Results::read(table, dir / "none.csv"), SystemError);
 }
 
 TEST(Tables, AreWholeAndPure) {
