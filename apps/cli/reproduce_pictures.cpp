@@ -34,11 +34,15 @@ render::Figure linesOf(const Results& results) {
     panel.xlabel = axes.at(0);
     panel.ylabel = axes.at(1);
     panel.log_y = axes.at(1) == "cost";
+    bool printed = false;  // and labelled
     for (size_t c = 0; c < t.columns.size(); ++c) {
       bool labelled = false;
       render::Series falls{"falls", {}, {}, render::Style::kCrosses};
       const auto draw = [&](const std::vector<Point>& points, render::Style style) {
-        render::Series line{labelled ? "" : t.columns[c].name, {}, {}, style};
+        const bool is_printed = style == render::Style::kDashed;
+        bool& named = is_printed ? printed : labelled;
+        const std::string label = is_printed ? "printed" : t.columns[c].name;
+        render::Series line{named ? "" : label, {}, {}, style};
         line.color = static_cast<int>(c);
         for (const Point& p : points) {
           line.x.push_back(p.x);
@@ -47,8 +51,15 @@ render::Figure linesOf(const Results& results) {
           falls.x.push_back(p.x);
           falls.y.push_back(0);
         }
-        labelled = labelled || !line.x.empty();
-        if (!line.x.empty()) panel.series.push_back(std::move(line));
+        if (line.x.empty()) return;
+        named = true;
+        if (line.x.size() == 1) {  // which as a line nobody would see
+          render::Series alone = line;
+          alone.label = "";
+          alone.style = render::Style::kCrosses;
+          panel.series.push_back(std::move(alone));
+        }
+        panel.series.push_back(std::move(line));
       };
       for (const auto& [key, outcome] : results.outcomes()) {
         if (std::get<0>(key) == static_cast<int>(r) && std::get<1>(key) == static_cast<int>(c)) {
