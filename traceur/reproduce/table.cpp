@@ -294,6 +294,7 @@ Summary summarise(const Results& results) {
         if (row != static_cast<int>(r) || column != d.minuend) continue;
         const auto other = results.outcomes().find({row, d.subtrahend, seed});
         if (other == results.outcomes().end()) continue;
+        if (d.without_missed && (outcome.missed || other->second.missed)) continue;
         of_seeds.push_back(outcome.value - other->second.value);
       }
       summary.differences[r].push_back(of_seeds.empty() ? PairedDifference()

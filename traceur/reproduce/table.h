@@ -60,6 +60,9 @@ struct Difference {
   std::string name;    ///< "with noise - without"
   int minuend = 0;     ///< column
   int subtrahend = 0;  ///< column
+  /// Without the pairs one of which was missed: then it is no longer the seeds that were set out
+  /// with, which is to be said beside it.
+  bool without_missed = false;
 };
 
 /// How a table's picture shows Outcome::points.

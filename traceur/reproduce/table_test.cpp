@@ -81,6 +81,12 @@ TEST_F(TableFile, PairsTheRunsOfASeed) {
   EXPECT_DOUBLE_EQ(s.differences[0][0].interval.low, 1);
   EXPECT_DOUBLE_EQ(s.differences[0][0].p, 2.0 / 16);
   EXPECT_EQ(s.differences[1][0].pairs, 0);
+
+  table.differences[0].without_missed = true;
+  Results without(table);
+  for (const auto& [key, outcome] : results.outcomes()) without.add(key, outcome);
+  without.add({0, 1, 4}, {40, true});
+  EXPECT_EQ(summarise(without).differences[0][0].pairs, 3);
 }
 
 TEST_F(TableFile, AFileIsTheSameForAnyThreadsAndAfterBeingCutShort) {
