@@ -88,9 +88,10 @@ std::string wordsOf(const bias::BongoSamples& samples) {
 }
 
 /// "1.23 s, board angle; cost 7.5e+05; 28 samples, left out: 2 rate".
-std::string wordsOf(const bias::RunLog& log, const bias::BongoLearning& o) {
+std::string wordsOf(const bias::RunLog& log, const bias::BongoLearning& o,
+                    const bias::BiasOptions& options) {
   const bias::Episode seen = bias::episodeOf(log, o.board);
-  const bias::BongoSamples samples = bias::bongoSamples({log}, o.board, bias::bongoBias(o.method));
+  const bias::BongoSamples samples = bias::bongoSamples({log}, o.board, options);
   return fmt::format("{:.2f} s{}{}; cost {:.4g}; {} samples, left out: {}",
                      seen.steps * log.time_step, seen.failed() ? ", " : "", seen.failure, seen.cost,
                      samples.kept.size(), wordsOf(samples));
@@ -119,7 +120,8 @@ std::vector<LearningStep> stepsOf(const bias::BiasLearned& learned,
       if (!trained.empty() && !unseen.empty()) {
         const VectorXd r2 =
             bias::explained(bias::DynamicsBias(bias::spread(trained, options), options), unseen);
-        step.explained = r2.tail<3>();
+        // The published method learns places, too; theirs come first.
+        step.explained = r2.tail(std::min<Eigen::Index>(3, r2.size()));
       }
     }
     before.insert(before.end(), now.begin(), now.end());
@@ -196,7 +198,8 @@ int learn(const Arguments& a) {
       bias::writeLog(file, made.log, format);
     }
     if (talks) {
-      fmt::print("  run {}{}: {}\n", number + 1, there ? " (recorded)" : "", wordsOf(made.log, o));
+      fmt::print("  run {}{}: {}\n", number + 1, there ? " (recorded)" : "",
+                 wordsOf(made.log, o, bias::bongoBias(o.method, {made.log}, o.board)));
       std::fflush(stdout);
     }
     logs.push_back(made.log);
@@ -232,11 +235,11 @@ int learn(const Arguments& a) {
     }
     for (const bias::RunLog& log : logs) {
       const bias::Episode seen = bias::episodeOf(log, o.board);
-      j["runs"].push_back(
-          {{"seconds", seen.steps * log.time_step},
-           {"cost", seen.cost},
-           {"ended_by", seen.failure},
-           {"left_out", leftOut(bias::bongoSamples({log}, o.board, bias::bongoBias(o.method)))}});
+      const bias::BiasOptions options = bias::bongoBias(o.method, {log}, o.board);
+      j["runs"].push_back({{"seconds", seen.steps * log.time_step},
+                           {"cost", seen.cost},
+                           {"ended_by", seen.failure},
+                           {"left_out", leftOut(bias::bongoSamples({log}, o.board, options))}});
     }
     fmt::print("{}\n", j.dump(2));
   } else if (!a.quiet) {
@@ -318,7 +321,7 @@ int fit(const Arguments& a) {
   }
   if (a.quiet) return kDone;
   for (size_t l = 0; l < logs.size(); ++l) {
-    fmt::print("{}: {}\n", a.data[l], wordsOf(logs[l], o));
+    fmt::print("{}: {}\n", a.data[l], wordsOf(logs[l], o, options));
   }
   fmt::print("{} logs, {} samples\n", logs.size(), train.size() + test.size());
   if (explained.size() > 0) {

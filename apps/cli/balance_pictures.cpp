@@ -198,7 +198,9 @@ void writeLearning(const std::filesystem::path& file, std::span<const LearningSt
   auto worst = pair("the worst run", 0);
   auto success = pair("success is below", render::kGrey);
   std::array rates = {pair("wheel's rate", 0), pair("board's rate", 1), pair("legs' rate", 2)};
-  bool biased = false;
+  auto torque = pair("torque", 3);
+  bool of_rates = false;
+  bool of_torque = false;
   for (size_t i = 0; i < steps.size(); ++i) {
     const auto at = static_cast<double>(i + 1);
     const std::vector<double>& of_runs = steps[i].costs;
@@ -206,22 +208,29 @@ void writeLearning(const std::filesystem::path& file, std::span<const LearningSt
     add(worst[0], at, *std::max_element(of_runs.begin(), of_runs.end()));
     add(success[0], at, bias::BalanceCost().failure);
     const Eigen::VectorXd& r2 = steps[i].explained;
-    biased = biased || r2.size() > 0;
+    of_rates = of_rates || r2.size() == 3;
+    of_torque = of_torque || r2.size() == 1;
     for (size_t k = 0; k < rates.size(); ++k) {
-      for (render::Series& s : rates[k]) add(s, at, r2.size() > 0 ? r2[k] : std::nan(""));
+      for (render::Series& s : rates[k]) add(s, at, r2.size() == 3 ? r2[k] : std::nan(""));
     }
+    for (render::Series& s : torque) add(s, at, r2.size() == 1 ? r2[0] : std::nan(""));
   }
   worst[1].label = "every run";
   costs.series = {worst[0], worst[1], success[0]};
   render::Figure figure;
   figure.title = "Learning to balance";
   figure.panels = {costs};
-  if (biased) {
+  if (of_rates || of_torque) {
     render::Panel bias;
     bias.xlabel = "iteration";
     bias.ylabel = "R² of the bias, unseen runs";
     bias.least_span = 0.1;
-    for (const auto& rate : rates) bias.series.insert(bias.series.end(), rate.begin(), rate.end());
+    if (of_rates) {
+      for (const auto& rate : rates) {
+        bias.series.insert(bias.series.end(), rate.begin(), rate.end());
+      }
+    }
+    if (of_torque) bias.series.insert(bias.series.end(), torque.begin(), torque.end());
     figure.panels.push_back(std::move(bias));
   }
   render::writeFigure(figure, file);

@@ -40,8 +40,9 @@ double writeBalanceMap(const std::filesystem::path& file, const bias::BongoMachi
 /// What an iteration of a learning came to.
 struct LearningStep {
   std::vector<double> costs;  ///< of the machine's runs
-  /// (3) R² of the bias it was searched with, of the rates of wheel, board and legs, over the runs
-  /// of this iteration, which that bias had not seen; empty where no bias was learned.
+  /// R² of the bias it was searched with over the runs of this iteration, which that bias had not
+  /// seen: (3) of the rates of wheel, board and legs, or (1) of the torque, which alone is learned
+  /// through strong noise. Empty where no bias was learned.
   Eigen::VectorXd explained;
 };
 
