@@ -65,7 +65,7 @@ Table casesTable(const std::vector<Case>& cases) {
   std::vector<double> unplanned, planned;
   for (const Case& c : cases) {
     std::string name = fmt::format("{} {} {:g} N", c.stance, c.direction, c.push);
-    if (!c.without.empty()) name += ", no " + c.without;
+    if (!c.without.empty()) name += " without " + c.without;
     t.rows.push_back({name, c.robot, "N·s"});
     unplanned.push_back(c.unplanned);
     planned.push_back(c.planned);
