@@ -32,6 +32,7 @@ struct Arguments {
   std::string out;
   bool literal = false;
   bool once = false;
+  bool exact = false;
   bool video = false;
   bool no_pictures = false;
   bool json = false;
@@ -166,6 +167,7 @@ int runFall(const Arguments& a) {
   options.problem.seed = a.seed;
   options.problem.stall = a.literal ? fall::Stall::kLiteral : fall::Stall::kStops;
   options.replans = !a.once;
+  options.exact = a.exact;
   FallExperiment experiment(falls, setup, options);
   const fall::Push push{a.push};
   std::vector<Ran> runs;
@@ -257,6 +259,7 @@ void addFall(CLI::App& program, int& exit_code) {
   verb->add_flag("--literal", a->literal,
                  "A fall that stalls between contacts has not ended, as printed");
   verb->add_flag("--once", a->once, "Follow the first plan to its end, as published");
+  verb->add_flag("--exact", a->exact, "Plan exactly: tens of milliseconds instead of one");
   verb->add_option("--seed", a->seed, "Of the random poses of the reach tables")
       ->capture_default_str();
   verb->add_option("--out", a->out, "Folder for pictures; default: under runs/");

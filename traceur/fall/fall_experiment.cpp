@@ -1,6 +1,8 @@
 #include "traceur/fall/fall_experiment.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace traceur::fall {
 
@@ -14,6 +16,21 @@ FallExperiment::FallExperiment(std::shared_ptr<const FallRobot> falls, const Fal
   simulator_.checkStance();
 }
 
+FallPlan FallExperiment::plan(const FallState& start) {
+  FallPlan found;
+  if (options_.exact) {
+    found = planExactly(problem_, start);
+  } else {
+    if (!table_) table_.emplace(problem_);
+    found = planQuickly(problem_, *table_, start);
+  }
+  if (start.contact != 0 || found.contacts.empty()) return found;
+  double held = 0;
+  for (const HeldImpact& h : heldFall(problem_, start)) held = std::max(held, h.impulse);
+  if (held < found.cost) found = {std::numeric_limits<double>::infinity(), {}};
+  return found;
+}
+
 FallExperiment::Outcome FallExperiment::run(const Push& push, Strategy strategy,
                                             sim::Recording* recording, const FallPlan* plan) {
   Outcome outcome;
@@ -21,7 +38,7 @@ FallExperiment::Outcome FallExperiment::run(const Push& push, Strategy strategy,
   const auto next = [&](const FallState& start, const std::vector<PoseSolver::Goal>& made,
                         const sim::State& pose) -> std::optional<FallMotion> {
     if (!first && (plan || !options_.replans)) return std::nullopt;
-    FallPlan found = first && plan ? *plan : planExactly(problem_, start);
+    FallPlan found = first && plan ? *plan : this->plan(start);
     if (first) outcome.plan = found;
     first = false;
     if (std::isinf(found.cost)) return std::nullopt;

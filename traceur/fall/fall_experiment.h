@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "traceur/fall/fall_problem.h"
 #include "traceur/fall/fall_trial.h"
+#include "traceur/fall/value_table.h"
 
 namespace traceur::fall {
 
@@ -15,6 +17,8 @@ struct FallExperimentOptions {
   /// Plans anew whenever a contact has been made, and when the last has not ended the fall;
   /// without, the first plan is followed to its end, as published.
   bool replans = true;
+  /// Plans by planExactly instead of planQuickly.
+  bool exact = false;
 };
 
 /// One thread's experiments with one setup; made once, used for many.
@@ -33,6 +37,10 @@ class FallExperiment {
   Outcome run(const Push& push, Strategy strategy, sim::Recording* recording = nullptr,
               const FallPlan* plan = nullptr);
 
+  /// The plan from a state; of infinite cost where none stops the fall or, by the model, the stance
+  /// held would cost less. The first makes the value table, in seconds.
+  FallPlan plan(const FallState& start);
+
   const FallProblem& problem() const { return problem_; }
   const SagittalBody& body() const { return simulator_.body(); }
 
@@ -41,6 +49,7 @@ class FallExperiment {
   FallExperimentOptions options_;
   FallSimulator simulator_;
   FallProblem problem_;
+  std::optional<ValueTable> table_;
   PoseSolver poses_;
 };
 

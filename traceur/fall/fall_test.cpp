@@ -10,6 +10,7 @@
 #include "traceur/core/random.h"
 #include "traceur/fall/expansion.h"
 #include "traceur/fall/fall_experiment.h"
+#include "traceur/fall/value_table.h"
 
 namespace traceur::fall {
 namespace {
@@ -227,6 +228,30 @@ TEST(Planner, AFallThatHasTurnedBackNeedsNoContact) {
   EXPECT_EQ(planExactly(p, back).cost, 0);
   EXPECT_TRUE(planExactly(p, back).contacts.empty());
   EXPECT_TRUE(heldFall(p, back).empty());
+}
+
+TEST(ValueTable, PlansNearlyAsTheExactPlannerAndNeverClaimsMore) {
+  const auto falls = fallsOf("atlas");
+  const FallProblem p = coarse(*falls, "two_feet", "forward");
+  const ValueTable table(p, {.times = 4, .angles = 9, .lengths = 4, .rates = 8});
+  EXPECT_LT(table.bytes(), 5'000'000U);
+  double exact = 0;
+  double quick = 0;
+  for (int i = 0; i < 25; ++i) {
+    const FallState start = randomStart(1.1, i);
+    const FallPlan best = planExactly(p, start);
+    const FallPlan near = planQuickly(p, table, start);
+    EXPECT_GE(near.cost, best.cost);
+    if (std::isinf(best.cost)) continue;
+    ASSERT_FALSE(std::isinf(near.cost)) << "a dead end";
+    std::vector<FallAction> actions;
+    for (const PlannedContact& c : near.contacts) actions.push_back(c.action);
+    EXPECT_EQ(replay(p, start, actions).cost, near.cost);
+    exact += best.cost;
+    quick += near.cost;
+  }
+  EXPECT_GT(exact, 0);
+  EXPECT_LT(quick, 1.05 * exact);
 }
 
 TEST(PoseSolver, PutsPartsAndComWhereTheyShouldBe) {
