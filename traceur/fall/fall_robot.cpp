@@ -21,6 +21,7 @@ int indexOf(const ContactGraph& graph, std::string_view name) {
 template <class Map>
 std::vector<std::string> keysOf(const Map& map) {
   std::vector<std::string> keys;
+  keys.reserve(map.size());
   for (const auto& [key, unused] : map) keys.push_back(key);
   return keys;
 }
@@ -139,7 +140,7 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
     reader.fail("head", fmt::format("\"head\": no contact point \"{}\" in {}.{}", falls.head,
                                     robot_file, didYouMean(falls.head, contacts)));
   }
-  const auto readPose = [&](const TomlReader& from, const std::string& key) {
+  const auto read_pose = [&](const TomlReader& from, const std::string& key) {
     std::string pose = from.string(key);
     if (!robot.poses.contains(pose)) {
       from.fail(key, fmt::format("\"{}\": no pose \"{}\" in {}.{}", key, pose, robot_file,
@@ -147,7 +148,7 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
     }
     return pose;
   };
-  falls.tuck = readPose(reader, "tuck");
+  falls.tuck = read_pose(reader, "tuck");
   falls.joints = reader.strings("joints");
   falls.rod_speed = reader.number("rod_speed");
   if (!(falls.rod_speed >= 0)) reader.fail("rod_speed", "\"rod_speed\": expected ≥ 0 [m/s]");
@@ -164,7 +165,7 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
     }
   }
   for (const TomlReader& row : reader.tables("fall")) {
-    FallSetup setup{readPose(row, "stance"), row.string("direction"),
+    FallSetup setup{read_pose(row, "stance"), row.string("direction"),
                     readGraph(row.table("graph"), robot), row.boolean("stands", true)};
     if (setup.direction != "forward" && setup.direction != "backward") {
       row.fail("direction", "\"direction\": expected forward or backward");

@@ -272,7 +272,7 @@ FallMotion motionOf(const FallPlan& plan, const PendulumModel& model, const Sagi
   FallMotion motion;
   // At rest over the middle of the last two parts that touched, a little lower, so that both are
   // reached.
-  const auto bodyOf = [&](int node) {
+  const auto body_of = [&](int node) {
     const std::string& point = body.setup().graph.nodes[node].points.front();
     return body.model()->robot()->contacts.at(point).body;
   };
@@ -280,7 +280,7 @@ FallMotion motionOf(const FallPlan& plan, const PendulumModel& model, const Sagi
                         double height, const sim::State& near) {
     std::vector<PoseSolver::Goal> on = {last};
     for (auto b = before.rbegin(); b != before.rend() && on.size() < 2; ++b) {
-      if (bodyOf(b->node) != bodyOf(last.node)) on.push_back(*b);
+      if (body_of(b->node) != body_of(last.node)) on.push_back(*b);
     }
     double least = 0;
     double most = 0;
@@ -335,8 +335,8 @@ FallSimulator::FallSimulator(const FallRobot& falls, FallSetup setup, FallProtoc
       stance_(body_.model()->stateOf(falls.robot->poses.at(body_.setup().stance))) {}
 
 void FallSimulator::checkStance() const {
-  constexpr double kStill = 0.5;       // [s]
-  constexpr double kOffGround = 0.02;  // of the COM's height
+  static constexpr double kStill = 0.5;       // [s]
+  static constexpr double kOffGround = 0.02;  // of the COM's height
   const std::string& stance = body_.setup().stance;
   const ContactNode& first = body_.setup().graph.nodes[0];
   sim::World world(body_.model());

@@ -31,7 +31,7 @@ void step(const PendulumModel& model, double rod_rate, PendulumState& s) {
 }
 
 std::optional<double> stopperLength(const PendulumState& s, double theta2) {
-  constexpr double kLongest = 100;
+  static constexpr double kLongest = 100;
   const double down = -std::cos(s.theta + theta2);
   const double height = s.r * std::cos(s.theta);
   if (!(down > 0) || !(height > 0) || height > kLongest * s.r * down) return std::nullopt;

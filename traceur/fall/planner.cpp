@@ -88,7 +88,7 @@ void expand(const FallProblem& problem, const FallState& from, Expansion& out) {
       const double c = std::cos(s.theta);
       const double n = std::sin(s.theta);
       for (const Stopper& stopper : stoppers) {
-        constexpr double kRounding = 1e-9;
+        static constexpr double kRounding = 1e-9;
         if (stopper.soonest > time + kRounding) continue;
         if (c * stopper.cos - n * stopper.sin > kRounding) continue;
         const auto hit = touch(problem, from, stopper.edge, stopper.theta2, time, s);
@@ -146,7 +146,9 @@ class Search {
     for (const PlannedContact& c : contacts) {
       if (prunes_ && c.impact.impulse >= best) break;
       ++effort.actions;
-      const double rest = costToGo(nextOf(c), prunes_ ? best : kInfinity, depth + 1, level.deeper);
+      double limit = kInfinity;
+      if (prunes_) limit = best;
+      const double rest = costToGo(nextOf(c), limit, depth + 1, level.deeper);
       const double cost = std::max(c.impact.impulse, rest);
       if (!(cost < best)) continue;
       best = cost;

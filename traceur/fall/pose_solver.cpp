@@ -36,7 +36,7 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
   const Eigen::Quaterniond attitude(from.q[3], from.q[4], from.q[5], from.q[6]);
 
   // x: the root's place in the plane in units of the height, its turn towards the fall, the angles.
-  const auto poseOf = [&](const VectorXd& x) {
+  const auto pose_of = [&](const VectorXd& x) {
     sim::State pose = stance_;  // for the joints that are not moved
     pose.q[0] = sign * x[0] * height_;
     pose.q[2] = x[1] * height_;
@@ -68,7 +68,7 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
   }
   // Begins where the pivot is on its place.
   x[0] = x[1] = 0;
-  world.reset(poseOf(x));
+  world.reset(pose_of(x));
   const Vector2d pivot = body_->node(world.snapshot(), goals.front().node) - goals.front().place;
   x[0] = -pivot.x() / height_;
   x[1] = -pivot.y() / height_;
@@ -80,7 +80,7 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
   double nearness = 0;
   const auto cost = [&](const std::vector<double>& at, std::vector<double>& gradient) {
     const VectorXd now = Eigen::Map<const VectorXd>(at.data(), n);
-    world.reset(poseOf(now));
+    world.reset(pose_of(now));
     const sim::Snapshot& s = world.snapshot();
     along.setZero();
     along(0, 0) = sign * height_;
@@ -151,7 +151,7 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
   std::vector<double> none;
   cost(at, none);
   if (error) *error = std::sqrt(terms) * height_;
-  return poseOf(Eigen::Map<const VectorXd>(at.data(), n));
+  return pose_of(Eigen::Map<const VectorXd>(at.data(), n));
 }
 
 }  // namespace traceur::fall
