@@ -187,20 +187,23 @@ Table bongoFaults() {
       {"identify", kIdentify, bias::BongoSearch::kStarts},
       {"randomise", kRandomise, bias::BongoSearch::kStarts},
       {"published", kPublished, bias::BongoSearch::kPublished},
-      {"published none", kNone, bias::BongoSearch::kPublished}};
+      {"published none", kNone, bias::BongoSearch::kPublished},
+      {"bias one start", kBias, bias::BongoSearch::kPublished}};
   Table t;
   t.name = "bongo-faults";
   t.title = "Experiments to a policy that balances, by fault and method. Not in the paper.";
   t.protocol = fmt::format(
       "{} Bias: ours. None: the model stays as it is, and is searched again. Identify: inertia, "
       "delay, friction and COM offset by least squares. Randomise: four models with random faults "
-      "each time. Published: DIRECT alone from one start, one-step differences.",
+      "each time. Published: DIRECT alone from one start, one-step differences; none and our bias "
+      "with that search, too.",
       kProtocol);
   t.points = "starts:balanced";
   t.drawn = Drawn::kNothing;
   for (const Fault& f : kFaults) t.rows.push_back({f.name, "", "iterations"});
   for (const Method& m : kMethods) t.columns.push_back({m.name, 3, 20, {}});
   t.ratios = {{"bias / none", 0, 1}, {"bias / identify", 0, 2}, {"bias / randomise", 0, 3}};
+  t.differences = {{"none - bias", 1, 0}, {"published none - bias one start", 5, 6}};
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
     const BongoMachine machine{.faults = kFaults[row].faults};
     BongoLearning o;
