@@ -279,13 +279,13 @@ TEST(PoseSolver, PutsPartsAndComWhereTheyShouldBe) {
 TEST(FallExperiment, APlanHalvesTheImpulseOfASmallRobotAndTheSameTwice) {
   const auto falls = fallsOf("bioloid-gp");
   FallExperiment experiment(falls, falls->setup("one_foot", "forward"), withPoses(3000));
-  const FallTrial held = experiment.run({8}, Strategy::kHold).trial;
-  const FallExperiment::Outcome planned = experiment.run({8}, Strategy::kPlanned);
+  const FallTrial held = experiment.run({1.5}, Strategy::kHold).trial;
+  const FallExperiment::Outcome planned = experiment.run({1.5}, Strategy::kPlanned);
   ASSERT_TRUE(held.fell && planned.trial.fell);
   EXPECT_FALSE(held.diverged || planned.trial.diverged);
   EXPECT_LT(planned.trial.impulse, 0.6 * held.impulse);
   EXPECT_FALSE(planned.plan.contacts.empty());
-  EXPECT_EQ(experiment.run({8}, Strategy::kPlanned).trial.impulse, planned.trial.impulse);
+  EXPECT_EQ(experiment.run({1.5}, Strategy::kPlanned).trial.impulse, planned.trial.impulse);
   // A robot that lies still presses with its weight: the window's impulse is m g times it.
   const double rest = held.windowed.back().second;
   EXPECT_NEAR(rest, 1.6 * 9.81 * 0.01, 0.05);
