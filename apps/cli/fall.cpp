@@ -26,7 +26,7 @@ struct Arguments {
   std::string stance;
   std::string direction = "forward";
   double push = 0;
-  std::vector<Strategy> strategies;
+  std::string strategy = "all";
   std::vector<std::string> without;
   std::uint64_t seed = 1;
   std::string out;
@@ -171,7 +171,7 @@ int runFall(const Arguments& a) {
   FallExperiment experiment(falls, setup, options);
   const fall::Push push{a.push};
   std::vector<Ran> runs;
-  for (const Strategy strategy : a.strategies) {
+  for (const Strategy strategy : kStrategies.at(a.strategy)) {
     if (interrupt.token().stop_requested()) return kInterrupted;
     Ran r{strategy, {}, {}};
     r.outcome = experiment.run(push, strategy, &r.recording);
@@ -240,7 +240,6 @@ int runFall(const Arguments& a) {
 
 void addFall(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<Arguments>();
-  a->strategies = kStrategies.at("all");
   CLI::App* verb = program.add_subcommand(
       "fall", "Push a robot over; plan which parts touch the ground, and compare.");
   verb->add_option("--robot", a->robot,
@@ -253,8 +252,12 @@ void addFall(CLI::App& program, int& exit_code) {
   verb->add_option("--direction", a->direction, "forward or backward")
       ->check(CLI::IsMember({"forward", "backward"}))
       ->capture_default_str();
-  verb->add_option("--strategy", a->strategies, "planned, hold, limp, damp, tuck or all (default)")
-      ->transform(CLI::CheckedTransformer(kStrategies));
+  std::vector<std::string> names;
+  names.reserve(kStrategies.size());
+  for (const auto& [name, unused] : kStrategies) names.push_back(name);
+  verb->add_option("--strategy", a->strategy, "What the robot does")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
   verb->add_option("--without", a->without, "Parts that must not be used, such as hands");
   verb->add_flag("--literal", a->literal,
                  "A fall that stalls between contacts has not ended, as printed");

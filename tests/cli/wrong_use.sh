@@ -59,6 +59,8 @@ fi
 expect 2 '--push is required' -- fall --robot atlas
 expect 2 'has no fall "stand forward"' 'two_feet backward' -- fall --robot atlas --stance stand --push 9
 expect 2 'cannot leave out "tail"' 'hands' -- fall --robot bioloid-gp --without tail --push 9
+expect 2 'fly not in {' -- fall --robot atlas --push 9 --strategy fly
+expect 0 -- fall --robot atlas --push 9 --strategy planned
 expect 2 'no falls.toml beside it' -- fall --robot tests/cli/nod.toml --push 9
 printf '<mujoco><worldbody></mujoco>' >"$dir/broken.xml"
 expect 2 'broken.xml:1' -- inspect "$dir/broken.xml"
