@@ -27,6 +27,8 @@ class FallExperiment {
   /// @throws InputError for a stance that does not stand, as FallSimulator::checkStance
   FallExperiment(std::shared_ptr<const FallRobot> falls, const FallSetup& setup,
                  FallExperimentOptions options = {});
+  FallExperiment(const FallExperiment&) = delete;  // its parts know one another by address
+  FallExperiment& operator=(const FallExperiment&) = delete;
 
   struct Outcome {
     FallTrial trial;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <limits>
 
 #include "traceur/control/stable_pd.h"
 #include "traceur/core/error.h"
@@ -25,13 +24,7 @@ class Meter {
         head_(std::move(head)),
         off_(model_->bodies(), 0),
         standing_(model_->bodies(), false) {
-    for (const auto& [name, point] : model_->robot()->contacts) {
-      points_.push_back({name, model_->body(point.body), point.p_BP});
-    }
-  }
-
-  /// What touches now is the stance's.
-  void begin() {
+    // What the stance stands on is its own.
     for (const std::string& name : body_->setup().graph.nodes[0].points) {
       standing_[model_->body(model_->robot()->contacts.at(name).body).value] = true;
     }
@@ -48,7 +41,7 @@ class Meter {
       touches[b.value] = true;
       if (standing_[b.value]) continue;
       force += (a ? -1 : 1) * c.f_WC.z();
-      note(partOf(s, b, c.p_WC), s.time(), trial);
+      note(body_->partAt(s, b, c.p_WC), s.time(), trial);
     }
     for (size_t b = 0; b < standing_.size(); ++b) {
       off_[b] = touches[b] ? 0 : off_[b] + 1;
@@ -83,27 +76,6 @@ class Meter {
   }
 
  private:
-  struct Point {
-    std::string name;
-    sim::BodyId body;
-    sim::Vector3d p_BP;
-  };
-
-  /// The contact point of the body's that is nearest, or the body's name.
-  std::string partOf(const sim::Snapshot& s, sim::BodyId body, const sim::Vector3d& p_WC) const {
-    const sim::Vector3d at = s.bodyRotation(body).transpose() * (p_WC - s.bodyPosition(body));
-    const Point* nearest = nullptr;
-    double least = std::numeric_limits<double>::infinity();
-    for (const Point& p : points_) {
-      const double d = (p.p_BP - at).norm();
-      if (p.body == body && d < least) {
-        least = d;
-        nearest = &p;
-      }
-    }
-    return nearest ? nearest->name : model_->bodyName(body);
-  }
-
   void note(const std::string& part, double time, FallTrial& trial) const {
     trial.head_hit = trial.head_hit || part == head_;
     for (const GroundContact& c : trial.contacts) {
@@ -116,7 +88,6 @@ class Meter {
   std::shared_ptr<const sim::Model> model_;
   int window_;
   std::string head_;
-  std::vector<Point> points_;
   std::vector<int> off_;  // steps each body has been off the ground
   std::vector<bool> standing_;
   std::deque<double> forces_;
@@ -141,7 +112,7 @@ class Follower {
       ask(s, pose);
     }
     if (stage_ < motion_.stages.size()) {
-      const FallMotion::Stage stage = motion_.stages[stage_];
+      const FallMotion::Stage& stage = motion_.stages[stage_];
       const double late = std::max(tracking_.least_wait, tracking_.late * stage.duration);
       const bool touched = touches(s, stage);
       if (touched || s.time() - begun_ > stage.duration + late) {
@@ -207,21 +178,12 @@ class Follower {
   }
 
   bool touches(const sim::Snapshot& s, const FallMotion::Stage& stage) const {
-    for (const std::string& name : stage.points) {
-      const sim::ContactPoint& point = model_->robot()->contacts.at(name);
-      const sim::BodyId body = model_->body(point.body);
-      for (const sim::Contact& c : s.contacts()) {
-        if (c.body_a != body && c.body_b != body) continue;
-        if (model_->isRobot(c.body_a) == model_->isRobot(c.body_b)) continue;
-        const sim::Vector3d at = s.bodyPosition(body) + s.bodyRotation(body) * point.p_BP;
-        // A sole's toe and heel are one body: the nearer half of it.
-        bool nearest = true;
-        for (const auto& [other_name, other] : model_->robot()->contacts) {
-          if (other.body != point.body) continue;
-          const sim::Vector3d p = s.bodyPosition(body) + s.bodyRotation(body) * other.p_BP;
-          nearest = nearest && (at - c.p_WC).norm() <= (p - c.p_WC).norm();
-        }
-        if (nearest) return true;
+    for (const sim::Contact& c : s.contacts()) {
+      const bool a = model_->isRobot(c.body_a);
+      if (a == model_->isRobot(c.body_b)) continue;
+      const std::string part = body_->partAt(s, a ? c.body_a : c.body_b, c.p_WC);
+      if (std::find(stage.points.begin(), stage.points.end(), part) != stage.points.end()) {
+        return true;
       }
     }
     return false;
@@ -383,7 +345,6 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
   const sim::Vector3d force(body_.setup().sign() * push.force, 0, 0);
   FallTrial trial;
   Meter meter(body_, protocol_, falls_->head);
-  meter.begin();
   std::optional<Follower> follower;
   VectorXd tau(model->nv());
   sim::Torque command{VectorXd::Zero(model->nu())};
@@ -393,7 +354,6 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
   const int settle = static_cast<int>(std::lround(protocol_.settle / h));
   const int record_every = std::max(1, static_cast<int>(std::lround(0.01 / h)));
   int noticed = -1;
-
   if (recording) {
     recording->mjcf = model->mjcf();
     recording->phases = {"push"};

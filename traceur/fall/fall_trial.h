@@ -34,6 +34,7 @@ struct FallMotion {
   sim::State rest;  ///< held after the last contact
 };
 
+/// The poses that lead through a plan's contacts, and to rest after the last.
 /// @param made   contacts made before the plan's pivot, which are kept as far as that costs little
 /// @param start  what it was planned from: without contacts there, only how to come to rest
 /// @param pose   the robot's then
@@ -57,10 +58,9 @@ struct FallProtocol {
 };
 
 struct GroundContact {
-  std::string part;  ///< the nearest contact point of the body's, or the body
-  double time = 0;   ///< of the first touch [s]
-  double impulse =
-      0;  ///< largest windowed impulse of all contacts until the next part touches [N·s]
+  std::string part;    ///< the nearest contact point of the body's, or the body
+  double time = 0;     ///< of the first touch [s]
+  double impulse = 0;  ///< largest windowed one of all contacts until the next part touches [N·s]
 };
 
 struct FallTrial {
@@ -87,8 +87,6 @@ class FallSimulator {
   FallSimulator(const FallRobot& falls, FallSetup setup, FallProtocol protocol = {});
 
   const SagittalBody& body() const { return body_; }
-  const FallProtocol& protocol() const { return protocol_; }
-  const sim::State& stance() const { return stance_; }
 
   /// @throws InputError for a stance that does not stand on its first node, or that should
   ///         stand still but, unpushed, begins to fall within half a second

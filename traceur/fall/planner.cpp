@@ -38,10 +38,6 @@ double rodRate(const FallProblem& problem, int i) {
   return n == 1 ? 0 : problem.rod_speed * (2.0 * i / (n - 1) - 1);
 }
 
-FallState nextOf(const PlannedContact& c) {
-  return {c.action.contact, c.from.time + c.action.duration, c.impact.after};
-}
-
 }  // namespace
 
 bool stopped(const FallProblem& problem, const PendulumState& after) {
@@ -117,69 +113,43 @@ std::optional<PlannedContact> tryAction(const FallProblem& problem, const FallSt
   return PlannedContact{from, action, s, *hit};
 }
 
-namespace {
-
-/// Depth first, with a memory for each depth.
-class Search {
- public:
-  Search(const FallProblem& problem, bool prunes) : problem_(problem), prunes_(prunes) {}
-
-  /// The least cost below `bound` and its contacts in reverse; `bound` and nothing if there is
-  /// none.
-  double costToGo(const FallState& x, double bound, size_t depth,
-                  std::vector<PlannedContact>& plan) {
-    plan.clear();
-    if (stopped(problem_, x.pendulum)) return 0;
-    ++effort.states;
-    if (depth == levels_.size()) levels_.push_back(std::make_unique<Level>());
-    Level& level = *levels_[depth];
-    expand(problem_, x, level.expansion);
-    if (level.expansion.stops) return 0;
-    std::vector<PlannedContact>& contacts = level.expansion.contacts;
-    if (prunes_) {
-      std::stable_sort(contacts.begin(), contacts.end(),
-                       [](const PlannedContact& a, const PlannedContact& b) {
-                         return a.impact.impulse < b.impact.impulse;
-                       });
-    }
-    double best = bound;
-    for (const PlannedContact& c : contacts) {
-      if (prunes_ && c.impact.impulse >= best) break;
-      ++effort.actions;
-      double limit = kInfinity;
-      if (prunes_) limit = best;
-      const double rest = costToGo(nextOf(c), limit, depth + 1, level.deeper);
-      const double cost = std::max(c.impact.impulse, rest);
-      if (!(cost < best)) continue;
-      best = cost;
-      level.best = level.deeper;
-      level.best.push_back(c);
-      plan = level.best;
-      if (best == 0) break;
-    }
-    return best;
-  }
-
-  PlanEffort effort;
-
- private:
-  struct Level {
-    Expansion expansion;
-    std::vector<PlannedContact> deeper, best;
-  };
-  const FallProblem& problem_;
-  bool prunes_;
-  std::vector<std::unique_ptr<Level>> levels_;
-};
-
-FallPlan plan(const FallProblem& problem, const FallState& start, bool prunes, PlanEffort* effort) {
-  Search search(problem, prunes);
+FallPlan PlanSearch::plan(const FallState& start) {
   FallPlan found;
-  found.cost = search.costToGo(start, kInfinity, 0, found.contacts);
+  found.cost = costToGo(start, kInfinity, 0, found.contacts);
   std::reverse(found.contacts.begin(), found.contacts.end());
-  if (effort) *effort = search.effort;
   return found;
 }
+
+double PlanSearch::costToGo(const FallState& x, double bound, size_t depth,
+                            std::vector<PlannedContact>& plan) {
+  plan.clear();
+  if (stopped(problem_, x.pendulum)) return 0;
+  ++effort.states;
+  if (depth == levels_.size()) levels_.push_back(std::make_unique<Level>());
+  Level& level = *levels_[depth];
+  expand(problem_, x, level.expansion);
+  if (level.expansion.stops) return 0;
+  level.chosen.clear();
+  choose_(depth, bound, level.expansion.contacts, level.chosen);
+  double best = bound;
+  for (const PlannedContact* c : level.chosen) {
+    if (prunes_ && c->impact.impulse >= best) continue;
+    ++effort.actions;
+    double limit = kInfinity;
+    if (prunes_) limit = best;
+    const double rest = costToGo(c->next(), limit, depth + 1, level.deeper);
+    const double cost = std::max(c->impact.impulse, rest);
+    if (!(cost < best)) continue;
+    best = cost;
+    level.best = level.deeper;
+    level.best.push_back(*c);
+    plan = level.best;
+    if (best == 0) break;
+  }
+  return best;
+}
+
+namespace {
 
 /// Algorithm 1 with its cache of values.
 class CachedSearch {
@@ -202,7 +172,7 @@ class CachedSearch {
     for (const PlannedContact& c : expansion.contacts) {
       if (expansion.stops) break;
       ++effort.actions;
-      const double cost = std::max(c.impact.impulse, costToGo(nextOf(c), nullptr));
+      const double cost = std::max(c.impact.impulse, costToGo(c.next(), nullptr));
       if (!(cost < best)) continue;
       best = cost;
       action = c.action;
@@ -259,11 +229,30 @@ class CachedSearch {
 }  // namespace
 
 FallPlan planExactly(const FallProblem& problem, const FallState& start, PlanEffort* effort) {
-  return plan(problem, start, true, effort);
+  PlanSearch search(problem, true,
+                    [](size_t, double bound, const std::vector<PlannedContact>& all,
+                       std::vector<const PlannedContact*>& chosen) {
+                      for (const PlannedContact& c : all) {
+                        if (c.impact.impulse < bound) chosen.push_back(&c);
+                      }
+                      std::stable_sort(chosen.begin(), chosen.end(), [](auto* a, auto* b) {
+                        return a->impact.impulse < b->impact.impulse;
+                      });
+                    });
+  FallPlan found = search.plan(start);
+  if (effort) *effort = search.effort;
+  return found;
 }
 
 FallPlan planUnpruned(const FallProblem& problem, const FallState& start, PlanEffort* effort) {
-  return plan(problem, start, false, effort);
+  PlanSearch search(problem, false,
+                    [](size_t, double, const std::vector<PlannedContact>& all,
+                       std::vector<const PlannedContact*>& chosen) {
+                      for (const PlannedContact& c : all) chosen.push_back(&c);
+                    });
+  FallPlan found = search.plan(start);
+  if (effort) *effort = search.effort;
+  return found;
 }
 
 FallPlan planCached(const FallProblem& problem, const FallState& start, double tolerance,
@@ -277,7 +266,7 @@ FallPlan planCached(const FallProblem& problem, const FallState& start, double t
     const auto contact = tryAction(problem, x, *action);
     actions.push_back(*action);
     if (!contact) break;
-    x = nextOf(*contact);
+    x = contact->next();
     if (stopped(problem, x.pendulum)) break;
     action = search.actionNear(x);
   }
@@ -295,7 +284,7 @@ FallPlan replay(const FallProblem& problem, const FallState& start,
     const auto contact = tryAction(problem, x, action);
     if (!contact) break;
     plan.cost = std::max(plan.cost, contact->impact.impulse);
-    x = nextOf(*contact);
+    x = contact->next();
     plan.contacts.push_back(*contact);
   }
   if (stopped(problem, x.pendulum)) return plan;

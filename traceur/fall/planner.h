@@ -71,6 +71,9 @@ struct PlannedContact {
   FallAction action;     ///< what leads to this one
   PendulumState before;  ///< the pendulum when it touches
   Impact impact;
+
+  /// What it leads to.
+  FallState next() const { return {action.contact, from.time + action.duration, impact.after}; }
 };
 
 struct FallPlan {

@@ -1,6 +1,7 @@
 #include "traceur/fall/sagittal_body.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace traceur::fall {
@@ -34,6 +35,21 @@ sim::Vector3d SagittalBody::point(const sim::Snapshot& s, const std::string& nam
   const sim::ContactPoint& point = model_->robot()->contacts.at(name);
   const sim::BodyId body = model_->body(point.body);
   return s.bodyPosition(body) + s.bodyRotation(body) * point.p_BP;
+}
+
+std::string SagittalBody::partAt(const sim::Snapshot& s, sim::BodyId body,
+                                 const sim::Vector3d& p_W) const {
+  const sim::Vector3d at = s.bodyRotation(body).transpose() * (p_W - s.bodyPosition(body));
+  const std::string name = model_->bodyName(body);
+  const std::string* nearest = &name;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [point, place] : model_->robot()->contacts) {
+    const double d = (place.p_BP - at).norm();
+    if (place.body != name || d >= least) continue;
+    least = d;
+    nearest = &point;
+  }
+  return *nearest;
 }
 
 Vector2d SagittalBody::node(const sim::Snapshot& s, int node) const {

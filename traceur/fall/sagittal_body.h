@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "traceur/fall/fall_robot.h"
@@ -24,6 +25,8 @@ class SagittalBody {
   Vector2d comVelocity(const sim::Snapshot& s) const { return inPlane(s.comVelocity()); }
   /// A contact point of the robot's file.
   sim::Vector3d point(const sim::Snapshot& s, const std::string& name) const;
+  /// The contact point of a body's that is nearest to a place on it, or the body's name.
+  std::string partAt(const sim::Snapshot& s, sim::BodyId body, const sim::Vector3d& p_W) const;
   /// The mean of a node's points.
   Vector2d node(const sim::Snapshot& s, int node) const;
   /// The robot as a pendulum about a node.

@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <memory>
 #include <numbers>
+#include <utility>
 
 #include "traceur/fall/expansion.h"
 
 namespace traceur::fall {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Where the table ends: later, all of a stopper's angles can be reached; further back or faster,
 /// the value changes little [ours].
 constexpr double kLatest = 1.5;     // [s]
@@ -57,7 +55,7 @@ ValueTable::ValueTable(const FallProblem& problem, const ValueGrid& grid) {
               if (expansion.stops) best = 0;
               for (const PlannedContact& c : expansion.contacts) {
                 if (c.impact.impulse >= best) continue;
-                const FallState next{c.action.contact, x.time + c.action.duration, c.impact.after};
+                const FallState next = c.next();
                 const double rest = stopped(problem, next.pendulum) ? 0 : at(next);
                 best = std::min(best, std::max(c.impact.impulse, rest));
               }
@@ -101,75 +99,29 @@ double ValueTable::at(const FallState& x) const {
   return value;
 }
 
-namespace {
-
-class Quick {
- public:
-  Quick(const FallProblem& problem, const ValueTable& table, const QuickSearch& search)
-      : problem_(problem), table_(table), search_(search) {}
-
-  /// As the exact search's costToGo, over fewer actions.
-  double costToGo(const FallState& x, double bound, size_t depth,
-                  std::vector<PlannedContact>& plan) {
-    plan.clear();
-    if (stopped(problem_, x.pendulum)) return 0;
-    if (depth == levels_.size()) levels_.push_back(std::make_unique<Level>());
-    Level& level = *levels_[depth];
-    expand(problem_, x, level.expansion);
-    if (level.expansion.stops) return 0;
-    level.ranked.clear();
-    for (const PlannedContact& c : level.expansion.contacts) {
-      if (c.impact.impulse >= bound) continue;
-      const FallState next = nextOf(c);
-      const double rest = stopped(problem_, next.pendulum) ? 0 : table_.at(next);
-      level.ranked.emplace_back(std::max(c.impact.impulse, rest), &c);
-    }
-    const size_t width = depth == 0 ? search_.first : (depth == 1 ? search_.second : search_.later);
-    const auto top =
-        level.ranked.begin() + static_cast<std::ptrdiff_t>(std::min(width, level.ranked.size()));
-    std::partial_sort(level.ranked.begin(), top, level.ranked.end(),
-                      [](const auto& a, const auto& b) { return a.first < b.first; });
-    double best = bound;
-    for (auto r = level.ranked.begin(); r != top; ++r) {
-      const PlannedContact& c = *r->second;
-      if (c.impact.impulse >= best) continue;
-      const double rest = costToGo(nextOf(c), best, depth + 1, level.deeper);
-      const double cost = std::max(c.impact.impulse, rest);
-      if (!(cost < best)) continue;
-      best = cost;
-      level.best = level.deeper;
-      level.best.push_back(c);
-      plan = level.best;
-      if (best == 0) break;
-    }
-    return best;
-  }
-
- private:
-  struct Level {
-    Expansion expansion;
-    std::vector<std::pair<double, const PlannedContact*>> ranked;
-    std::vector<PlannedContact> deeper, best;
-  };
-
-  static FallState nextOf(const PlannedContact& c) {
-    return {c.action.contact, c.from.time + c.action.duration, c.impact.after};
-  }
-
-  const FallProblem& problem_;
-  const ValueTable& table_;
-  QuickSearch search_;
-  std::vector<std::unique_ptr<Level>> levels_;
-};
-
-}  // namespace
-
 FallPlan planQuickly(const FallProblem& problem, const ValueTable& table, const FallState& start,
                      const QuickSearch& search) {
-  FallPlan plan;
-  plan.cost = Quick(problem, table, search).costToGo(start, kInfinity, 0, plan.contacts);
-  std::reverse(plan.contacts.begin(), plan.contacts.end());
-  return plan;
+  std::vector<std::pair<double, const PlannedContact*>> ranked;
+  return PlanSearch(problem, true,
+                    [&](size_t depth, double bound, const std::vector<PlannedContact>& all,
+                        std::vector<const PlannedContact*>& chosen) {
+                      ranked.clear();
+                      for (const PlannedContact& c : all) {
+                        if (c.impact.impulse >= bound) continue;
+                        const FallState next = c.next();
+                        const double rest = stopped(problem, next.pendulum) ? 0 : table.at(next);
+                        ranked.emplace_back(std::max(c.impact.impulse, rest), &c);
+                      }
+                      const size_t most =
+                          depth == 0 ? search.first : (depth == 1 ? search.second : search.later);
+                      const size_t n = std::min(most, ranked.size());
+                      std::partial_sort(
+                          ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(n),
+                          ranked.end(),
+                          [](const auto& a, const auto& b) { return a.first < b.first; });
+                      for (size_t i = 0; i < n; ++i) chosen.push_back(ranked[i].second);
+                    })
+      .plan(start);
 }
 
 }  // namespace traceur::fall
