@@ -243,6 +243,15 @@ int learn(const Arguments& a) {
     }
     fmt::print("{}\n", j.dump(2));
   } else if (!a.quiet) {
+    std::vector<std::string> cleared;
+    for (size_t i = 0; i < learned.iterations.size(); ++i) {
+      if (learned.iterations[i].cleared) cleared.push_back(std::to_string(i + 1));
+    }
+    if (!cleared.empty()) {
+      fmt::print(
+          "no policy balanced on what the logs taught, so they were given up, in iteration {}\n",
+          join(cleared));
+    }
     fmt::print(
         "{} after {} iterations, {} runs of the machine{}\n"
         "balances from {} of {} random starts\npolicy {}\nfigure {}\n",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <exception>
 #include <nlopt.hpp>
 #include <stdexcept>
 #include <vector>
@@ -72,7 +73,8 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
     struct Direct {
       Trials& trials;
       const std::stop_token& stop;
-    } data{trials, o.stop};
+      std::exception_ptr failure;  // of a trial: NLopt would forget what it was
+    } data{trials, o.stop, nullptr};
     nlopt::opt direct(nlopt::GN_ORIG_DIRECT, static_cast<unsigned>(n));
     direct.set_lower_bounds(std::vector<double>(lower.begin(), lower.end()));
     direct.set_upper_bounds(std::vector<double>(upper.begin(), upper.end()));
@@ -82,11 +84,16 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
         [](const std::vector<double>& x, std::vector<double>&, void* of) {
           // DIRECT compares sums with costs: an infinite one would spoil them.
           static constexpr double kWorst = 1e300;
-          const Direct& d = *static_cast<Direct*>(of);
+          Direct& d = *static_cast<Direct*>(of);
           // NLopt's own stop crashes in the first trials; trials that are not run cost no time.
-          if (d.stop.stop_requested()) return kWorst;
-          return std::min(kWorst, d.trials(Eigen::Map<const VectorXd>(
-                                      x.data(), static_cast<Eigen::Index>(x.size()))));
+          if (d.failure || d.stop.stop_requested()) return kWorst;
+          try {
+            return std::min(kWorst, d.trials(Eigen::Map<const VectorXd>(
+                                        x.data(), static_cast<Eigen::Index>(x.size()))));
+          } catch (...) {
+            d.failure = std::current_exception();
+            return kWorst;
+          }
         },
         &data);
     std::vector<double> x(n);
@@ -98,6 +105,7 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
       // On a plain, such as trials that are not run make, it divides many boxes at once and runs
       // out of room for them: what it found until then stands.
     }
+    if (data.failure) std::rethrow_exception(data.failure);
   }
   if (o.stop.stop_requested()) return found;
   const PolishProblem problem(trials, lower, upper);

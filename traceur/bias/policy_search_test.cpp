@@ -54,6 +54,16 @@ TEST(PolicySearch, SurvivesAPlain) {
   EXPECT_GT(found.trials, 100);
 }
 
+TEST(PolicySearch, PassesOnWhatATrialThrows) {
+  const VectorXd high = VectorXd::Ones(3);
+  int trials = 0;
+  const auto broken = [&](const VectorXd& x) {
+    if (++trials == 30) throw InputError("no such machine");
+    return x.squaredNorm();
+  };
+  EXPECT_THROW(searchPolicy(broken, -high, high, {.direct = 200}), InputError);
+}
+
 TEST(PolicySearch, BalancesTheBoard) {
   BongoBoard board;
   VectorXd x0 = VectorXd::Zero(6);
