@@ -242,8 +242,7 @@ void addFall(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = program.add_subcommand(
       "fall", "Push a robot over; plan which parts touch the ground, and compare.");
-  verb->add_option("--robot", a->robot,
-                   "A name under models/, or a robot's file or folder's falls.toml")
+  verb->add_option("--robot", a->robot, "A name under models/, a robot's file, or its falls.toml")
       ->required();
   verb->add_option("--push", a->push, "Force on the trunk for 0.1 s [N]")
       ->required()

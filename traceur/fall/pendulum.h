@@ -12,7 +12,7 @@ using Eigen::Vector2d;
 /// Where the fall goes after an impact. All three let the tip of the stopper stop vertically.
 enum class PostImpact {
   kComVelocity,  ///< the COM keeps the velocity that the vertical impulse left it [default]
-  kBodyRate,     ///< the rod turns as the body does after the impulse, [Ha2015, Eq. 16] to the word
+  kBodyRate,     ///< the rod turns as the body does after the impulse, [Ha2015, Eq. 14] to the word
   kSticking      ///< the tip stops horizontally too: angular momentum about it is kept
 };
 
@@ -44,9 +44,9 @@ struct PendulumState {
 
 /// One step of semi-implicit Euler, the rod's length driven at rod_rate:
 ///
-///     θ̈₁ = (g sin θ₁ - 2 ṙ₁ θ̇₁) / r₁,     ṙ₁ = rod_rate      [Ha2015, Eq. 10-12]
+///     θ̈₁ = (g sin θ₁ - 2 ṙ₁ θ̇₁) / r₁,     ṙ₁ = rod_rate      [Ha2015, Eq. 11-13]
 ///
-/// The length controller of Eq. 12 reaches the rate within one step, so that ṙ₁ before does not
+/// The length controller of Eq. 13 reaches the rate within one step, so that ṙ₁ before does not
 /// matter.
 void step(const PendulumModel& model, double rod_rate, PendulumState& s);
 
@@ -64,7 +64,7 @@ struct Impact {
 
 /// With d = x₂ - x₁ and y₂' = y₁' - d θ₁' the velocity of the tip,
 ///
-///     j = -y₂' / (1/m + d²/I),   y₁'⁺ = y₁' + j/m,   ω⁺ = θ₁' - d j/I      [Ha2015, Eq. 13-16]
+///     j = -y₂' / (1/m + d²/I),   y₁'⁺ = y₁' + j/m,   ω⁺ = θ₁' - d j/I      [Ha2015, Eq. 14-16]
 ///
 /// and the next pendulum about the tip by PostImpact. Nothing when the tip cannot reach the ground
 /// or does not approach it.

@@ -207,7 +207,7 @@ class CachedSearch {
     std::optional<FallAction> action;
   };
 
-  /// Weights of t, θ₁, r₁, θ̇₁ and ṙ₁ [Ha2015, §4.3.3]; that of the contact, 100, lets no two
+  /// Weights of t, θ₁, r₁, θ̇₁ and ṙ₁ [Ha2015, §4.3.2]; that of the contact, 100, lets no two
   /// nodes be near each other.
   static Key keyOf(const FallState& x) {
     return {x.time, x.pendulum.theta, 0.1 * x.pendulum.r, 2 * x.pendulum.theta_rate,

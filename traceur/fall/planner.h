@@ -1,5 +1,5 @@
 // Which parts to put to the ground, where and when, so that the largest impulse is as small as can
-// be: [Ha2015, §4.3.3] with the gaps of its Algorithm 1 closed.
+// be: [Ha2015, §4.3.2] with the gaps of its Algorithm 1 closed.
 #pragma once
 
 #include <cstdint>
@@ -39,8 +39,8 @@ struct FallProblem {
   double stopper_speed = 0;  ///< largest |θ̇₂| [rad/s]
   Discretisation grid;
   Stall stall = Stall::kStops;
-  /// Longest time between two contacts that is looked at [s] [ours: three times what Atlas takes
-  /// from upright to the ground, pushed as little as published].
+  /// Longest time between two contacts that is looked at [s] [ours: twice what Atlas takes to the
+  /// ground after the least published push].
   double horizon = 3;
   /// The stance seen from its first node, for what happens without a plan: each part's distance
   /// from the COM and angle from the prolonged rod.
@@ -101,7 +101,7 @@ FallPlan planUnpruned(const FallProblem& problem, const FallState& start,
                       PlanEffort* effort = nullptr);
 
 /// The same with the printed cache: a state nearer than `tolerance` to one seen before, by the
-/// weights of [Ha2015, §4.3.3], has its value. Its cost is that of the plan it returns.
+/// weights of [Ha2015, §4.3.2], has its value. Its cost is that of the plan it returns.
 FallPlan planCached(const FallProblem& problem, const FallState& start, double tolerance = 0.1,
                     PlanEffort* effort = nullptr);
 

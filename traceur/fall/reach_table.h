@@ -12,7 +12,7 @@ namespace traceur::fall {
 
 /// K[r₁][r₂][θ₂] of one edge of a contact graph: whether some pose has its COM r₁ from the part
 /// that is on the ground and the next part r₂ from the COM, θ₂ from the prolonged rod [Ha2015,
-/// §4.3.3].
+/// §4.3.2].
 class ReachTable {
  public:
   static constexpr int kAngles = 72;  ///< of 5 degrees [ours]
@@ -43,7 +43,7 @@ class ReachTable {
 using ReachTables = std::vector<std::vector<ReachTable>>;
 
 struct ReachOptions {
-  int poses = 10'000;      ///< [Ha2015, §4.3.3]
+  int poses = 10'000;      ///< [Ha2015, §4.3.2]
   std::uint64_t seed = 1;  ///< of the random poses
   double cell = 0;         ///< [m]
 };

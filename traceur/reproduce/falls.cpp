@@ -91,7 +91,7 @@ Table table3() {
                         {"bioloid-gp", "one_foot", "forward", 1.5, "", 0.6789, 0.2776},
                         {"bioloid-gp", "one_foot", "forward", 5.0, "", 0.9312, 0.3885},
                         {"bioloid-gp", "one_foot", "forward", 8.0, "", 1.2170, 0.5884},
-                        {"bioloid-gp", "one_foot", "forward", 8.0, "hands", 1.2170, 0.9890}});
+                        {"bioloid-gp", "one_foot", "forward", 8.0, "hands", 1.2170, kNotPrinted}});
   t.name = "table-3";
   t.title = "Largest impulses of BioloidGP's falls [Ha2015, Tab. 3].";
   return t;
