@@ -19,6 +19,7 @@ FallProblem fallProblem(const SagittalBody& body, const FallRobot& falls,
   p.graph = graph;
   p.rod_speed = falls.rod_speed;
   p.stopper_speed = falls.stopper_speed;
+  p.least_interval = falls.least_interval;
   p.stall = options.stall;
   const double r1 = body.pendulum(s, 0).r;
   const double eighth = std::sqrt(r1 / p.model.gravity) / 8;

@@ -156,10 +156,32 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   if (!(falls.stopper_speed > 0)) {
     reader.fail("stopper_speed", "\"stopper_speed\": expected > 0 [rad/s]");
   }
+  falls.least_interval = reader.number("least_interval", 0);
+  if (!(falls.least_interval >= 0)) {
+    reader.fail("least_interval", "\"least_interval\": expected ≥ 0 [s]");
+  }
+  if (reader.has("ranges")) {
+    const TomlReader ranges = reader.table("ranges");
+    for (const std::string& name : ranges.names()) {
+      const std::vector<double> range = ranges.numbers(name, 2);
+      if (std::find(falls.joints.begin(), falls.joints.end(), name) == falls.joints.end()) {
+        ranges.fail(name, fmt::format("\"{}\" is not one of \"joints\".{}", name,
+                                      didYouMean(name, falls.joints)));
+      }
+      if (!(range[0] < range[1])) {
+        ranges.fail(name, fmt::format("\"{}\": expected [min, max] with min < max", name));
+      }
+      for (const sim::SignedJoint& j : robot.jointsNamed(name)) {
+        falls.ranges[j.joint] = std::minmax(j.sign * range[0], j.sign * range[1]);
+      }
+    }
+    ranges.finish();
+  }
   falls.tracking.stiffness = reader.number("stiffness", 1);
   falls.tracking.damping = reader.number("damping", 1);
+  falls.tracking.support = reader.number("support", 0);
   falls.tracking.rest_height = reader.number("rest_height", 0.9);
-  for (const char* factor : {"stiffness", "damping", "rest_height"}) {
+  for (const char* factor : {"stiffness", "damping", "support", "rest_height"}) {
     if (!(reader.number(factor, 1) >= 0)) {
       reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
     }

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "traceur/sim/robot.h"
@@ -41,18 +43,20 @@ struct FallSetup {
   double sign() const { return direction == "backward" ? -1 : 1; }
 };
 
-/// How a plan is followed. All of it is ours: the first three are the robot's, the others were
+/// How a plan is followed. All of it is ours: the first four are the robot's, the others were
 /// chosen by planned / unplanned impulse over pushes of the published ranges.
 struct FallTracking {
   double stiffness = 1;      ///< factor on the robot's kp while it falls
   double damping = 1;        ///< factor on its kd
+  double support = 0;        ///< share of the rod's force that the joints are told to bear
   double rest_height = 0.9;  ///< of the COM at rest, as a share of that at the last contact
   double ramp = 0.8;         ///< share of the time to a contact in which the poses are gone through
   int waypoints = 4;         ///< poses on the way to a contact, the last of them Eq. 19's
   double approach =
       0.3;            ///< weight of the next part's place before the last pose, growing up to it
   double kept = 0.1;  ///< weight of parts that touched before: kept there where that costs little
-  double late = 0.5;  ///< share of the planned time that a contact may be late
+  double rod_time = 0.1;     ///< in which the support brings the rod to its planned rate [s]
+  double late = 0.5;         ///< share of the planned time that a contact may be late
   double least_wait = 0.05;  ///< and no less than so long [s]
   double again = 0.1;        ///< after the last contact, until another plan is asked for [s]
   double rest = 0.1;         ///< time to come to rest after the last contact [s]
@@ -65,8 +69,12 @@ struct FallRobot {
   std::string head;                 ///< the contact point that stands for the head
   std::string tuck;                 ///< the name of a pose: curled up
   std::vector<std::string> joints;  ///< that a plan moves; a pair's name means both
-  double rod_speed = 0;             ///< largest |ṙ₁| [m/s]
-  double stopper_speed = 0;         ///< largest |θ̇₂| [rad/s]
+  /// Of joints that a plan may use only a part of: [least, most] angle [rad]. A limb that is not
+  /// quite stretched yields when it meets the ground.
+  std::map<std::string, std::pair<double, double>> ranges;
+  double rod_speed = 0;       ///< largest |ṙ₁| [m/s]
+  double stopper_speed = 0;   ///< largest |θ̇₂| [rad/s]
+  double least_interval = 0;  ///< between two contacts [s]
   FallTracking tracking;
   std::vector<FallSetup> setups;
 

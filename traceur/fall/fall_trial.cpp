@@ -95,6 +95,9 @@ class Meter {
   std::deque<sim::Vector3d> head_velocities_;
 };
 
+/// The support's limit, in weights [ours].
+constexpr double kLift = 1.5;
+
 /// Follows a plan's stages, and asks for another plan where it does not go as planned.
 class Follower {
  public:
@@ -138,7 +141,35 @@ class Follower {
 
   int phase() const { return made_; }
 
+  /// Adds what bears the COM from the part it turns about: the rod's force of Eq. 12 as a pair of
+  /// equal and opposite forces on the two, by the transposed Jacobian.
+  void addSupport(const sim::Snapshot& s, VectorXd& tau) {
+    if (tracking_.support == 0 || stage_ >= motion_.stages.size()) return;
+    const PendulumState p = body_->pendulum(s, node_);
+    const double weight = model_->mass() * 9.81;
+    const double force =
+        model_->mass() * (9.81 * std::cos(p.theta) - p.r * p.theta_rate * p.theta_rate +
+                          (motion_.stages[stage_].rod_rate - p.r_rate) / tracking_.rod_time);
+    const auto& names = body_->setup().graph.nodes[node_].points;
+    sim::Vector3d pivot = sim::Vector3d::Zero();
+    for (const std::string& name : names) pivot += body_->point(s, name);
+    const sim::Vector3d rod = s.com() - pivot / static_cast<double>(names.size());
+    // The ground does not pull, and motors that could lift it faster than this there are none.
+    const sim::Vector3d f =
+        tracking_.support * std::clamp(force, 0.0, kLift * weight) * rod.normalized();
+    J_.setZero(3, model_->nv());
+    s.comJacobian(J_);
+    tau += J_.transpose() * f;
+    for (const std::string& name : names) {
+      const sim::ContactPoint& at = model_->robot()->contacts.at(name);
+      J_.setZero();
+      s.pointJacobian(model_->body(at.body), at.p_BP, J_);
+      tau -= J_.transpose() * f / static_cast<double>(names.size());
+    }
+  }
+
  private:
+  sim::Matrix3Xd J_;
   /// Takes up what the plan says from here, if it says anything.
   bool ask(const sim::Snapshot& s, const sim::State& pose) {
     const FallState start{node_, s.time() - noticed_, body_->pendulum(s, node_)};
@@ -264,8 +295,11 @@ FallMotion motionOf(const FallPlan& plan, const PendulumModel& model, const Sagi
   sim::State from = pose;
   for (const PlannedContact& c : plan.contacts) {
     const Vector2d tip(c.impact.advance, 0);
-    FallMotion::Stage stage{
-        c.action.contact, body.setup().graph.nodes[c.action.contact].points, c.action.duration, {}};
+    FallMotion::Stage stage{c.action.contact,
+                            body.setup().graph.nodes[c.action.contact].points,
+                            c.action.duration,
+                            c.action.rod_rate,
+                            {}};
     std::vector<PoseSolver::Goal> goals = {{c.from.contact, Vector2d::Zero()},
                                            {c.action.contact, tip}};
     goals.insert(goals.end(), kept.begin(), kept.end());
@@ -408,6 +442,7 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
         break;
       case Strategy::kPlanned:
         pd.addTorque(s, follower->target(s, world.state(), held), tau);
+        follower->addSupport(s, tau);
         break;
       case Strategy::kLimp:
         break;

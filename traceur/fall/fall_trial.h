@@ -28,6 +28,7 @@ struct FallMotion {
     int node = 0;                     ///< of the graph: what is to touch
     std::vector<std::string> points;  ///< any of which on the ground ends it
     double duration = 0;              ///< planned [s]
+    double rod_rate = 0;              ///< ṙ₁ until then [m/s]
     std::vector<sim::State> poses;  ///< on the way there, evenly in time; the last when it touches
   };
   std::vector<Stage> stages;

@@ -80,6 +80,7 @@ void expand(const FallProblem& problem, const FallState& from, Expansion& out) {
       }
       if (k % stride != 0) continue;
       const double duration = k * problem.model.step;
+      if (duration < problem.least_interval) continue;
       const double time = from.time + duration;
       const double c = std::cos(s.theta);
       const double n = std::sin(s.theta);
@@ -103,6 +104,7 @@ std::optional<PlannedContact> tryAction(const FallProblem& problem, const FallSt
   const auto edge = std::find(next.begin(), next.end(), action.contact);
   if (edge == next.end()) return std::nullopt;
   PendulumState s = from.pendulum;
+  if (action.duration < problem.least_interval) return std::nullopt;
   for (int k = stepsOf(problem, action.duration); k > 0; --k) {
     step(problem.model, action.rod_rate, s);
     if (s.theta_rate <= 0 || s.theta >= std::numbers::pi / 2) return std::nullopt;

@@ -35,8 +35,9 @@ struct FallProblem {
   std::vector<std::vector<double>> first_angle;  ///< θ̂₂ of the stance, by node and edge [rad]
   /// Least and greatest r₁ among the random poses, by node [m].
   std::vector<std::pair<double, double>> lengths;
-  double rod_speed = 0;      ///< largest |ṙ₁| [m/s]
-  double stopper_speed = 0;  ///< largest |θ̇₂| [rad/s]
+  double rod_speed = 0;       ///< largest |ṙ₁| [m/s]
+  double stopper_speed = 0;   ///< largest |θ̇₂| [rad/s]
+  double least_interval = 0;  ///< between two contacts [s]
   Discretisation grid;
   Stall stall = Stall::kStops;
   /// Longest time between two contacts that is looked at [s] [ours: twice what Atlas takes to the

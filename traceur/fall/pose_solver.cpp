@@ -61,10 +61,9 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
     upper[i] = -lower[i];
   }
   for (size_t i = 0; i < joints_.size(); ++i) {
-    const sim::Joint& joint = model.joint(joints_[i].name);
-    lower[3 + i] = joint.limit.min;
-    upper[3 + i] = joint.limit.max;
-    x[3 + i] = std::clamp(from.q[joint.q], joint.limit.min, joint.limit.max);
+    lower[3 + i] = joints_[i].min;
+    upper[3 + i] = joints_[i].max;
+    x[3 + i] = std::clamp(from.q[model.joint(joints_[i].name).q], lower[3 + i], upper[3 + i]);
   }
   // Begins where the pivot is on its place.
   x[0] = x[1] = 0;

@@ -61,9 +61,9 @@ ReachTables sampleReach(const SagittalBody& body, const FallRobot& falls,
     Random random(options.seed, 0, k);
     sim::State pose = stance;
     for (const MovedJoint& j : joints) {
-      const sim::Joint& joint = model.joint(j.name);
-      pose.q[joint.q] = random.uniform(joint.limit.min, joint.limit.max);
-      if (!j.other.empty()) pose.q[model.joint(j.other).q] = j.sign * pose.q[joint.q];
+      const double angle = random.uniform(j.min, j.max);
+      pose.q[model.joint(j.name).q] = angle;
+      if (!j.other.empty()) pose.q[model.joint(j.other).q] = j.sign * angle;
     }
     world.reset(pose);
     const sim::Snapshot& s = world.snapshot();

@@ -27,6 +27,9 @@ class ReachTable {
   bool reachable(double r1, double r2, double theta2) const;
   /// The part of all cells that is marked.
   double filled() const;
+  double cell() const { return cell_; }
+  int cells() const { return cells_; }                                 ///< of r₁ and of r₂
+  const std::vector<std::uint8_t>& marked() const { return marked_; }  ///< [r₁][r₂][θ₂], 0 or 1
 
  private:
   size_t index(int i1, int i2, int angle) const {

@@ -1,5 +1,6 @@
 #include "traceur/fall/sagittal_body.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -85,10 +86,19 @@ std::vector<MovedJoint> movedJoints(const SagittalBody& body, const FallRobot& f
   const sim::Model& model = *body.model();
   const sim::World world(body.model());
   std::vector<MovedJoint> moved;
+  const auto add = [&](const std::string& name, const std::string& other, double sign) {
+    const sim::JointLimit& limit = model.joint(name).limit;
+    MovedJoint joint{name, other, sign, limit.min, limit.max};
+    if (const auto range = falls.ranges.find(name); range != falls.ranges.end()) {
+      joint.min = std::max(joint.min, range->second.first);
+      joint.max = std::min(joint.max, range->second.second);
+    }
+    moved.push_back(std::move(joint));
+  };
   for (const std::string& word : falls.joints) {
     const std::vector<sim::SignedJoint> joints = falls.robot->jointsNamed(word);
     if (joints.size() == 1) {
-      moved.push_back({joints[0].joint, "", 1});
+      add(joints[0].joint, "", 1);
       continue;
     }
     bool alike = true;
@@ -103,9 +113,9 @@ std::vector<MovedJoint> movedJoints(const SagittalBody& body, const FallRobot& f
       alike = alike && left == right;
     }
     if (alike) {
-      moved.push_back({joints[0].joint, joints[1].joint, joints[1].sign});
+      add(joints[0].joint, joints[1].joint, joints[1].sign);
     } else {
-      for (const sim::SignedJoint& j : joints) moved.push_back({j.joint, "", 1});
+      for (const sim::SignedJoint& j : joints) add(j.joint, "", 1);
     }
   }
   return moved;

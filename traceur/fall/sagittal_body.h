@@ -47,6 +47,8 @@ struct MovedJoint {
   std::string name;
   std::string other;  ///< "": none
   double sign = 1;    ///< other = sign·name
+  double min = 0;     ///< of name: the robot's limit, or less of it where falls.toml says so [rad]
+  double max = 0;
 };
 
 /// The joints of a robot's falls.toml; a pair moves alike unless a node of the graph hangs on one
