@@ -7,8 +7,11 @@
 
 #include "apps/cli/interrupt.h"
 #include "apps/cli/verbs.h"
+#include "fall_plan_text.h"
 #include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
 #include "traceur/fall/fall_experiment.h"
+#include "traceur/fall/plan_library.h"
 #include "traceur/render/figure.h"
 #include "traceur/render/film_strip.h"
 #include "traceur/render/video.h"
@@ -168,6 +171,7 @@ int runFall(const Arguments& a) {
   options.problem.stall = a.literal ? fall::Stall::kLiteral : fall::Stall::kStops;
   options.replans = !a.once;
   options.exact = a.exact;
+  options.tables = fall::tableCache();
   FallExperiment experiment(falls, setup, options);
   const fall::Push push{a.push};
   std::vector<Ran> runs;
@@ -236,17 +240,44 @@ int runFall(const Arguments& a) {
   return interrupt.token().stop_requested() ? kInterrupted : kDone;
 }
 
+int compileFalls(const Arguments& a) {
+  const auto falls = readFalls(a.robot);
+  const fs::path folder =
+      a.out.empty() ? fs::path("runs") / ("fall-" + falls->robot->name) : fs::path(a.out);
+  fs::create_directories(folder);
+  const auto write = [](const fs::path& file, std::string_view bytes) {
+    PendingFile pending(file);
+    pending.write(bytes);
+    pending.commit();
+    fmt::print("{}  {:.0f} kB\n", file.string(), static_cast<double>(bytes.size()) / 1e3);
+  };
+  for (const fall::FallSetup& setup : falls->setups) {
+    const FallExperiment experiment(falls, setup);
+    const fall::FallProblem& problem = experiment.problem();
+    const fall::LibraryLabel label{falls->robot->name, setup.stance, setup.direction};
+    write(folder / fmt::format("{}-{}.fallplan", setup.stance, setup.direction),
+          fall::compileLibrary(problem, fall::cachedTable(problem, label, fall::tableCache()),
+                               label));
+  }
+  write(folder / "fall_plan.h", kFallPlanHeader);
+  return kDone;
+}
+
 }  // namespace
 
 void addFall(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = program.add_subcommand(
       "fall", "Push a robot over; plan which parts touch the ground, and compare.");
-  verb->add_option("--robot", a->robot, "A name under models/, a robot's file, or its falls.toml")
-      ->required();
-  verb->add_option("--push", a->push, "Force on the trunk for 0.1 s [N]")
-      ->required()
-      ->check(CLI::Range(0.0, 1e6));
+  static constexpr const char* kRobot = "A name under models/, a robot's file, or its falls.toml";
+  CLI::App* compile = verb->add_subcommand(
+      "compile", "Write each stance's planner for a microcontroller: a file and a C header.");
+  compile->add_option("--robot", a->robot, kRobot)->required();
+  compile->add_option("--out", a->out, "Folder; default: runs/fall-ROBOT");
+  compile->callback([a, &exit_code] { exit_code = compileFalls(*a); });
+  CLI::Option* robot = verb->add_option("--robot", a->robot, kRobot);
+  CLI::Option* push = verb->add_option("--push", a->push, "Force on the trunk for 0.1 s [N]");
+  push->check(CLI::Range(0.0, 1e6));
   verb->add_option("--stance", a->stance, "A pose of falls.toml; default: its first");
   verb->add_option("--direction", a->direction, "forward or backward")
       ->check(CLI::IsMember({"forward", "backward"}))
@@ -272,8 +303,15 @@ void addFall(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  traceur fall --robot bioloid-gp --push 5\n"
       "  traceur fall --robot atlas --stance two_feet --direction backward --push 500\n"
-      "  traceur fall --robot bioloid-gp --push 8 --without hands --strategy planned --video");
-  verb->callback([a, &exit_code] { exit_code = runFall(*a); });
+      "  traceur fall --robot bioloid-gp --push 8 --without hands --strategy planned --video\n"
+      "  traceur fall compile --robot atlas --out plans");
+  verb->callback([a, verb, compile, robot, push, &exit_code] {
+    if (verb->got_subcommand(compile)) return;
+    for (const CLI::Option* needed : {robot, push}) {
+      if (needed->count() == 0) throw CLI::RequiredError(needed->get_name());
+    }
+    exit_code = runFall(*a);
+  });
 }
 
 }  // namespace traceur::cli

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "traceur/fall/plan_library.h"
+
 namespace traceur::fall {
 
 FallExperiment::FallExperiment(std::shared_ptr<const FallRobot> falls, const FallSetup& setup,
@@ -21,7 +23,11 @@ FallPlan FallExperiment::plan(const FallState& start) {
   if (options_.exact) {
     found = planExactly(problem_, start);
   } else {
-    if (!table_) table_.emplace(problem_);
+    if (!table_) {
+      const FallSetup& setup = body().setup();
+      table_ = cachedTable(problem_, {falls_->robot->name, setup.stance, setup.direction},
+                           options_.tables);
+    }
     found = planQuickly(problem_, *table_, start);
   }
   if (start.contact != 0 || found.contacts.empty()) return found;

@@ -1,6 +1,7 @@
 // A robot, a stance and a push: everything it takes to let it fall in any way.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,8 @@ struct FallExperimentOptions {
   bool replans = true;
   /// Plans by planExactly instead of planQuickly.
   bool exact = false;
+  /// Where value tables are kept from one process to the next; empty: made anew.
+  std::filesystem::path tables = {};
 };
 
 /// One thread's experiments with one setup; made once, used for many.

@@ -2,14 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
+#include "traceur/fall/embedded/fall_plan.h"
 #include "traceur/fall/expansion.h"
 #include "traceur/fall/fall_experiment.h"
+#include "traceur/fall/plan_library.h"
 #include "traceur/fall/value_table.h"
 
 namespace traceur::fall {
@@ -85,6 +88,44 @@ TEST(FallRobot, NamesWhatAGraphGetsWrong) {
       complaint(std::string(kHead) + "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
                                      "hands = { points = [\"left_hand\"] }\n"),
       "");
+}
+
+TEST(FallRobot, NamesWhatARangeGetsWrong) {
+  const auto with = [](const std::string& range) {
+    std::string text = kHead;
+    text.insert(text.find("[[fall]]"), "[ranges]\n" + range + "\n");
+    return complaint(text +
+                     "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
+                     "hands = { points = [\"left_hand\"] }\n");
+  };
+  EXPECT_NE(with("leg_kn = [0, 1]").find("not one of \"joints\". Did you mean \"leg_kny\"?"),
+            std::string::npos);
+  EXPECT_NE(with("leg_kny = [1, 0]").find("expected [min, max]"), std::string::npos);
+  EXPECT_EQ(with("leg_kny = [0.2, 2]"), "");
+}
+
+TEST(FallRobot, RangesHoldForBothSidesOfAPairAndWithinTheRobotsLimits) {
+  FallRobot falls = *fallsOf("atlas");
+  falls.ranges = {{"l_arm_elx", {0.6, 9}}, {"l_leg_kny", {0.2, 1}}};
+  const SagittalBody body(modelOf(falls), falls.setup("one_foot", "forward"));
+  int seen = 0;
+  for (const MovedJoint& j : movedJoints(body, falls)) {
+    if (j.name == "l_arm_elx") {
+      EXPECT_EQ(j.min, 0.6);
+      EXPECT_EQ(j.max, body.model()->joint(j.name).limit.max);
+      EXPECT_EQ(j.other, "r_arm_elx");
+      EXPECT_EQ(j.sign, -1);
+      ++seen;
+    } else if (j.name == "l_leg_kny") {  // a foot is on one side only
+      EXPECT_EQ(j.other, "");
+      EXPECT_EQ(j.min, 0.2);
+      EXPECT_EQ(j.max, 1);
+      ++seen;
+    } else if (j.name == "r_leg_kny") {
+      EXPECT_EQ(j.min, body.model()->joint(j.name).limit.min);
+    }
+  }
+  EXPECT_EQ(seen, 2);
 }
 
 TEST(FallRobot, LeavesOutANodeAndItsEdges) {
@@ -197,7 +238,8 @@ TEST(Planner, ACachePlansNoBetterThanTheOptimum) {
 TEST(Planner, EveryContactOfAPlanIsAllowed) {
   const auto falls = fallsOf("bioloid-gp");
   const SagittalBody body(modelOf(*falls), falls->setup("one_foot", "forward"));
-  const FallProblem p = fallProblem(body, *falls, {.poses = 2000});
+  FallProblem p = fallProblem(body, *falls, {.poses = 2000});
+  p.least_interval = 0.04;
   for (int i = 0; i < 10; ++i) {
     const FallState start = randomStart(0.17, i);
     const FallPlan plan = planExactly(p, start);
@@ -208,7 +250,7 @@ TEST(Planner, EveryContactOfAPlanIsAllowed) {
       on = c.action.contact;
       cost = std::max(cost, c.impact.impulse);
       EXPECT_LE(std::abs(c.action.rod_rate), p.rod_speed);
-      EXPECT_GT(c.action.duration, 0);
+      EXPECT_GE(c.action.duration, p.least_interval);
     }
     if (!std::isinf(plan.cost)) {
       EXPECT_EQ(cost, plan.cost);
@@ -254,6 +296,107 @@ TEST(ValueTable, PlansNearlyAsTheExactPlannerAndNeverClaimsMore) {
   EXPECT_LT(quick, 1.05 * exact);
 }
 
+/// A library of BioloidGP's plans, aligned as the reader wants it.
+struct Compiled {
+  Compiled()
+      : falls(fallsOf("bioloid-gp")),
+        body(modelOf(*falls), falls->setup("one_foot", "forward")),
+        problem(fallProblem(body, *falls, {.poses = 2000})),
+        table(problem),
+        bytes(compileLibrary(problem, table, {"bioloid-gp", "one_foot", "forward"})),
+        words((bytes.size() + 3) / 4) {
+    std::memcpy(words.data(), bytes.data(), bytes.size());
+  }
+  std::shared_ptr<const FallRobot> falls;
+  SagittalBody body;
+  FallProblem problem;
+  ValueTable table;
+  std::string bytes;
+  std::vector<std::uint32_t> words;
+};
+
+TEST(PlanLibrary, TheReaderWithoutAHeapPlansAsWell) {
+  const Compiled c;
+  const fall_library* library = nullptr;
+  ASSERT_EQ(fall_open(c.words.data(), c.bytes.size(), &library), nullptr);
+  EXPECT_LT(c.bytes.size(), 5'000'000);
+  EXPECT_EQ(std::string(library->robot), "bioloid-gp");
+  double read = 0;
+  double planned = 0;
+  int none = 0;
+  for (int i = 0; i < 20; ++i) {
+    const FallState start = randomStart(0.17, i);
+    const FallPlan plan = planQuickly(c.problem, c.table, start, {1, 1, 1});
+    fall_state at{0, 0, static_cast<float>(start.pendulum.theta),
+                  static_cast<float>(start.pendulum.r),
+                  static_cast<float>(start.pendulum.theta_rate)};
+    fall_contact contact{};
+    fall_answer answer = FALL_NONE;
+    double cost = 0;
+    while ((answer = fall_next(library, &at, &contact)) == FALL_CONTACT) {
+      cost = std::max(cost, static_cast<double>(contact.impulse));
+      at = contact.next;
+    }
+    if (std::isinf(plan.cost)) {
+      ++none;
+      continue;
+    }
+    EXPECT_EQ(answer, FALL_STOPS) << i;
+    read += cost;
+    planned += plan.cost;
+  }
+  EXPECT_LT(none, 5);
+  EXPECT_NEAR(read, planned, 0.03 * planned);  // single precision moves a contact now and then
+}
+
+TEST(PlanLibrary, GivesBackTheTableItWasMadeFrom) {
+  const Compiled c;
+  const ValueTable read = tableFromLibrary(c.bytes, c.problem, "file");
+  EXPECT_EQ(read.values(), c.table.values());
+  const FallState start = randomStart(0.17, 3);
+  EXPECT_EQ(read.at(start), c.table.at(start));
+}
+
+TEST(PlanLibrary, RefusesWhatIsNotItsOwn) {
+  const Compiled c;
+  const auto message = [&](const std::string& bytes, const FallProblem& problem) -> std::string {
+    try {
+      tableFromLibrary(bytes, problem, "a.fallplan");
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const auto has = [](const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(has(message("nonsense", c.problem), "a.fallplan: not a library"));
+  EXPECT_TRUE(has(message(c.bytes.substr(0, c.bytes.size() - 4), c.problem), "another size"));
+  std::string damaged = c.bytes;
+  damaged.back() = static_cast<char>(damaged.back() + 1);
+  EXPECT_TRUE(has(message(damaged, c.problem), "checksum"));
+  std::string old = c.bytes;
+  old[8] = static_cast<char>(old[8] + 1);
+  EXPECT_TRUE(has(message(old, c.problem), "another version"));
+  FallProblem other = c.problem;
+  other.stopper_speed *= 2;
+  EXPECT_TRUE(has(message(c.bytes, other), "another robot, stance or options"));
+}
+
+TEST(PlanLibrary, ATableKeptOnDiskIsTheOneThatWouldBeMade) {
+  const Compiled c;
+  const std::filesystem::path folder =
+      std::filesystem::path(::testing::TempDir()) / "fall-tables" / "deeper";
+  std::filesystem::remove_all(folder);
+  const LibraryLabel label{"bioloid-gp", "one_foot", "forward"};
+  EXPECT_EQ(cachedTable(c.problem, label, folder).values(), c.table.values());
+  const auto file = std::filesystem::directory_iterator(folder)->path();
+  EXPECT_EQ(cachedTable(c.problem, label, folder).values(), c.table.values());
+  std::ofstream(file) << "damaged";
+  EXPECT_EQ(cachedTable(c.problem, label, folder).values(), c.table.values());
+  EXPECT_EQ(std::filesystem::file_size(file), c.bytes.size());
+}
+
 TEST(PoseSolver, PutsPartsAndComWhereTheyShouldBe) {
   const auto falls = fallsOf("atlas");
   const SagittalBody body(modelOf(*falls), falls->setup("two_feet", "forward"));
@@ -289,6 +432,27 @@ TEST(FallExperiment, APlanHalvesTheImpulseOfASmallRobotAndTheSameTwice) {
   // A robot that lies still presses with its weight: the window's impulse is m g times it.
   const double rest = held.windowed.back().second;
   EXPECT_NEAR(rest, 1.6 * 9.81 * 0.01, 0.05);
+}
+
+TEST(FallExperiment, SupportKeepsTheLegsFromGivingWay) {
+  FallRobot falls = *fallsOf("atlas");
+  const auto late = [&](double support) {  // of the knees, against the plan
+    falls.tracking.support = support;
+    FallExperiment experiment(std::make_shared<const FallRobot>(falls),
+                              falls.setup("two_feet", "forward"), withPoses(3000));
+    const FallExperiment::Outcome outcome = experiment.run({1500}, Strategy::kPlanned);
+    const PlannedContact& first = outcome.plan.contacts.front();
+    EXPECT_EQ(experiment.problem().graph.nodes[first.action.contact].name, "knees");
+    for (const GroundContact& c : outcome.trial.contacts) {
+      if (c.part.ends_with("knee")) return c.time - outcome.trial.noticed - first.action.duration;
+    }
+    ADD_FAILURE() << "no knee touched";
+    return 0.0;
+  };
+  const double given_way = late(0);
+  const double borne = late(1);
+  EXPECT_LT(given_way, -0.2);
+  EXPECT_LT(std::abs(borne), 0.6 * std::abs(given_way)) << borne << " " << given_way;
 }
 
 TEST(FallExperiment, APushTooWeakMakesNoFall) {

@@ -22,22 +22,33 @@ double flat(const FallProblem& problem, double r) {
 
 }  // namespace
 
-ValueTable::ValueTable(const FallProblem& problem, const ValueGrid& grid) {
-  const size_t each = static_cast<size_t>(grid.times) * grid.angles * grid.lengths * grid.rates;
+void ValueTable::layOut(const FallProblem& problem) {
+  const size_t each = static_cast<size_t>(grid_.times) * grid_.angles * grid_.lengths * grid_.rates;
   values_.resize(each * problem.graph.nodes.size());
-  nodes_.resize(problem.graph.nodes.size());
+  for (size_t node = 0; node < problem.graph.nodes.size(); ++node) {
+    const auto [shortest, longest] = problem.lengths[node];
+    nodes_.push_back({{0, kLatest, grid_.times},
+                      {kFurthest, std::numbers::pi / 2, grid_.angles},
+                      {shortest, longest, grid_.lengths},
+                      {0, kFastest * std::sqrt(2 * problem.model.gravity / longest), grid_.rates},
+                      each * node});
+  }
+}
+
+ValueTable::ValueTable(const FallProblem& problem, const ValueGrid& grid, const float* values)
+    : grid_(grid) {
+  layOut(problem);
+  std::copy_n(values, values_.size(), values_.begin());
+}
+
+ValueTable::ValueTable(const FallProblem& problem, const ValueGrid& grid) : grid_(grid) {
+  layOut(problem);
   std::vector<int> order = problem.graph.order();
   std::reverse(order.begin(), order.end());
   Expansion expansion;
   for (const int node : order) {
-    Node& n = nodes_[node];
-    const auto [shortest, longest] = problem.lengths[node];
-    n = {{0, kLatest, grid.times},
-         {kFurthest, std::numbers::pi / 2, grid.angles},
-         {shortest, longest, grid.lengths},
-         {0, kFastest * std::sqrt(2 * problem.model.gravity / longest), grid.rates},
-         each * node};
-    const double dead = flat(problem, longest);
+    const Node& n = nodes_[node];
+    const double dead = flat(problem, problem.lengths[node].second);
     size_t i = n.first;
     for (int t = 0; t < grid.times; ++t) {
       for (int a = 0; a < grid.angles; ++a) {

@@ -22,11 +22,13 @@ struct ValueGrid {
 class ValueTable {
  public:
   explicit ValueTable(const FallProblem& problem, const ValueGrid& grid = {});
+  /// One that was made before.
+  /// @param values  as values()
+  ValueTable(const FallProblem& problem, const ValueGrid& grid, const float* values);
 
   double at(const FallState& x) const;
   size_t bytes() const { return values_.size() * sizeof(float); }
 
- private:
   struct Axis {
     double min = 0;
     double max = 0;
@@ -35,9 +37,16 @@ class ValueTable {
   };
   struct Node {
     Axis time, theta, r, rate;
-    size_t first = 0;
+    size_t first = 0;  ///< of its values: [time][theta][r][rate]
   };
+  const ValueGrid& grid() const { return grid_; }
+  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::vector<float>& values() const { return values_; }
 
+ private:
+  void layOut(const FallProblem& problem);
+
+  ValueGrid grid_;
   std::vector<Node> nodes_;
   std::vector<float> values_;
 };
