@@ -149,6 +149,7 @@ const std::vector<Table>& allTables() {
       table3(),
       table4(),
       fallRobustness(),
+      figure22(),
       randomFalls(),
   };
   return kAll;

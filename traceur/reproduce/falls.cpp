@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
 #include "traceur/fall/fall_experiment.h"
+#include "traceur/fall/plan_library.h"
 #include "traceur/skill/skill.h"
 
 namespace traceur::reproduce {
@@ -41,7 +44,7 @@ constexpr const char* kProtocol =
     "contact, pushes of 0.1 s on the trunk. Unplanned holds the stance; limp switches the motors "
     "off; damp lets them only resist; tuck curls up.";
 
-FallExperiment experimentOf(const Case& c, std::uint64_t seed) {
+FallExperiment experimentOf(const Case& c, std::uint64_t seed, bool as_published = false) {
   const auto robot = skill::findRobot(c.robot, std::filesystem::current_path());
   const auto falls = std::make_shared<const fall::FallRobot>(
       fall::FallRobot::fromFile(robot.parent_path() / "falls.toml"));
@@ -49,6 +52,11 @@ FallExperiment experimentOf(const Case& c, std::uint64_t seed) {
   if (!c.without.empty()) setup.graph = setup.graph.without(c.without);
   fall::FallExperimentOptions options;
   options.problem.seed = seed;
+  if (as_published) {
+    options.replans = false;
+    options.problem.stall = fall::Stall::kLiteral;
+  }
+  options.tables = fall::tableCache();
   return {falls, setup, options};
 }
 
@@ -84,6 +92,25 @@ Table casesTable(const std::vector<Case>& cases) {
   return t;
 }
 
+/// Where the model has the COM every `interval` until its last contact, from the first pivot.
+std::vector<fall::Vector2d> pathOf(const fall::FallPlan& plan, const fall::PendulumModel& model,
+                                   double interval) {
+  const int every = static_cast<int>(std::lround(interval / model.step));
+  std::vector<fall::Vector2d> path;
+  double pivot = 0;
+  int k = 0;
+  for (const fall::PlannedContact& c : plan.contacts) {
+    fall::PendulumState s = c.from.pendulum;
+    const int steps = static_cast<int>(std::lround(c.action.duration / model.step));
+    for (int i = 0; i < steps; ++i, ++k) {
+      if (k % every == 0) path.push_back(s.com() + fall::Vector2d(pivot, 0));
+      fall::step(model, c.action.rod_rate, s);
+    }
+    pivot += c.impact.advance;
+  }
+  return path;
+}
+
 }  // namespace
 
 Table table3() {
@@ -117,17 +144,132 @@ Table fallRobustness() {
   t.name = "fall-robustness";
   t.title = "BioloidGP follows the plan for 5 N after other pushes [Ha2015, §4.4.1.1].";
   t.protocol = fmt::format(
-      "{} The plan is followed to its end without planning anew; printed are "
-      "35 to 50 % of unplanned.",
+      "{} The plan ends with an impact that stops the fall, and is followed to its end without "
+      "planning anew, as published; printed are 35 to 50 % of unplanned.",
       kProtocol);
   for (const double push : kPushes) t.rows.push_back({fmt::format("{:g} N", push), "", "N·s"});
   t.columns = {{"unplanned", 3, 9, {}}, {"the plan for 5 N", 3, 9, {}}};
   t.ratios = {{"planned / unplanned", 1, 0}};
   t.run = [planned](int row, int column, std::uint64_t seed, const std::stop_token&) {
-    FallExperiment experiment = experimentOf(planned, seed);
+    FallExperiment experiment = experimentOf(planned, seed, true);
     if (column == 0) return outcomeOf(experiment.run({kPushes[row]}, Strategy::kHold).trial);
     const fall::FallPlan plan = experiment.run({kPlannedFor}, Strategy::kPlanned).plan;
     return outcomeOf(experiment.run({kPushes[row]}, Strategy::kPlanned, nullptr, &plan).trial);
+  };
+  return t;
+}
+
+Table figure22() {
+  struct Curve {
+    Case fall;
+    std::vector<Point> robot, model;  // printed; their last points are where they end
+  };
+  static const std::vector<Curve> kCurves = {
+      {{"bioloid-gp", "one_foot", "forward", 5},
+       {{.053, .181},
+        {.092, .166},
+        {.119, .163},
+        {.150, .171},
+        {.180, .175},
+        {.228, .170},
+        {.267, .157},
+        {.287, .149}},
+       {{.053, .181},
+        {.071, .174},
+        {.089, .167},
+        {.107, .164},
+        {.125, .167},
+        {.161, .173},
+        {.196, .170},
+        {.232, .160},
+        {.268, .141}}},
+      {{"bioloid-gp", "one_foot", "forward", 8},
+       {{.071, .175},
+        {.129, .156},
+        {.201, .164},
+        {.288, .154},
+        {.331, .143},
+        {.380, .139},
+        {.438, .154},
+        {.505, .147},
+        {.549, .135},
+        {.592, .118}},
+       {{.071, .175},
+        {.104, .158},
+        {.141, .171},
+        {.180, .175},
+        {.246, .162},
+        {.261, .155},
+        {.291, .158},
+        {.351, .148},
+        {.372, .138},
+        {.421, .135},
+        {.455, .120},
+        {.490, .091}}},
+      {{"atlas", "two_feet", "forward", 1000},
+       {{-.165, 1.050},
+        {-.060, 1.037},
+        {.045, .981},
+        {.116, .919},
+        {.186, .827},
+        {.248, .722},
+        {.256, .716}},
+       {{-.171, 1.049}, {-.088, 1.019}, {-.005, .957}, {.050, .897}, {.105, .837}, {.161, .786}}},
+      {{"atlas", "two_feet", "forward", 2000},
+       {{-.116, 1.051},
+        {.085, 1.019},
+        {.287, .930},
+        {.489, .814},
+        {.668, .675},
+        {.792, .627},
+        {.994, .503},
+        {1.096, .410}},
+       {{-.132, 1.050},
+        {.027, 1.021},
+        {.187, .961},
+        {.346, .871},
+        {.376, .852},
+        {.505, .813},
+        {.664, .729},
+        {.823, .609}}}};
+  static constexpr double kInterval = 0.01;  // of FallTrial::com [s]
+  Table t;
+  t.name = "figure-22";
+  t.title = "The centre of mass of the model and of the robot that follows it [Ha2015, Fig. 22].";
+  t.protocol =
+      "One plan that ends with an impact, followed to its end without planning anew, as published. "
+      "Robot: its mean distance from the "
+      "model at equal times until the model's last contact; model: the length of its path. Points: "
+      "along the fall and up, from the first pivot; printed ones read off the plots.";
+  t.points = "x:y";
+  for (const Curve& c : kCurves) {
+    t.rows.push_back(
+        {fmt::format("{} {} {:g} N", c.fall.robot, c.fall.stance, c.fall.push), "", "m"});
+  }
+  t.columns = {{"robot", 1, 9, {}}, {"model", 1, 9, {}}};
+  t.ratios = {{"distance / path", 0, 1}};
+  t.printed_points = [](int row, int column) {
+    return column == 0 ? kCurves[row].robot : kCurves[row].model;
+  };
+  t.run = [](int row, int column, std::uint64_t seed, const std::stop_token&) {
+    const Case& c = kCurves[row].fall;
+    FallExperiment experiment = experimentOf(c, seed, true);
+    const FallExperiment::Outcome outcome = experiment.run({c.push}, Strategy::kPlanned);
+    const std::vector<fall::Vector2d> path =
+        pathOf(outcome.plan, experiment.problem().model, kInterval);
+    const std::vector<fall::Vector2d>& com = outcome.trial.com;
+    if (path.empty() || com.size() < path.size()) return Outcome{0, true, {}};
+    double distance = 0;
+    double length = 0;
+    Outcome out;
+    for (size_t i = 0; i < path.size(); ++i) {
+      distance += (com[i] - path[i]).norm() / static_cast<double>(path.size());
+      if (i > 0) length += (path[i] - path[i - 1]).norm();
+      const fall::Vector2d& p = column == 0 ? com[i] : path[i];
+      out.points.push_back({p.x(), p.y()});
+    }
+    out.value = column == 0 ? distance : length;
+    return out;
   };
   return t;
 }
