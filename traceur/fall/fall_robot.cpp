@@ -179,9 +179,12 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   }
   falls.tracking.stiffness = reader.number("stiffness", 1);
   falls.tracking.damping = reader.number("damping", 1);
+  falls.tracking.rest_stiffness = reader.number("rest_stiffness", falls.tracking.stiffness);
+  falls.tracking.rest_damping = reader.number("rest_damping", falls.tracking.damping);
   falls.tracking.support = reader.number("support", 0);
   falls.tracking.rest_height = reader.number("rest_height", 0.9);
-  for (const char* factor : {"stiffness", "damping", "support", "rest_height"}) {
+  for (const char* factor :
+       {"stiffness", "damping", "rest_stiffness", "rest_damping", "support", "rest_height"}) {
     if (!(reader.number(factor, 1) >= 0)) {
       reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
     }

@@ -43,15 +43,17 @@ struct FallSetup {
   double sign() const { return direction == "backward" ? -1 : 1; }
 };
 
-/// How a plan is followed. All of it is ours: the first four are the robot's, the others were
+/// How a plan is followed. All of it is ours: the first six are the robot's, the others were
 /// chosen by planned / unplanned impulse over pushes of the published ranges.
 struct FallTracking {
-  double stiffness = 1;      ///< factor on the robot's kp while it falls
-  double damping = 1;        ///< factor on its kd
-  double support = 0;        ///< share of the rod's force that the joints are told to bear
-  double rest_height = 0.9;  ///< of the COM at rest, as a share of that at the last contact
-  double ramp = 0.8;         ///< share of the time to a contact in which the poses are gone through
-  int waypoints = 4;         ///< poses on the way to a contact, the last of them Eq. 19's
+  double stiffness = 1;       ///< factor on the robot's kp while it falls
+  double damping = 1;         ///< factor on its kd
+  double support = 0;         ///< share of the rod's force that the joints are told to bear
+  double rest_stiffness = 1;  ///< the same after the last contact
+  double rest_damping = 1;    ///< the same
+  double rest_height = 0.9;   ///< of the COM at rest, as a share of that at the last contact
+  double ramp = 0.8;  ///< share of the time to a contact in which the poses are gone through
+  int waypoints = 4;  ///< poses on the way to a contact, the last of them Eq. 19's
   double approach =
       0.3;            ///< weight of the next part's place before the last pose, growing up to it
   double kept = 0.1;  ///< weight of parts that touched before: kept there where that costs little

@@ -400,7 +400,7 @@ TEST(PlanLibrary, ATableKeptOnDiskIsTheOneThatWouldBeMade) {
 TEST(PoseSolver, PutsPartsAndComWhereTheyShouldBe) {
   const auto falls = fallsOf("atlas");
   const SagittalBody body(modelOf(*falls), falls->setup("two_feet", "forward"));
-  const PoseSolver solver(body, *falls);
+  PoseSolver solver(body, *falls);
   const sim::State stance = body.model()->stateOf(falls->robot->poses.at("two_feet"));
   const ContactGraph& graph = body.setup().graph;
   ASSERT_EQ(graph.nodes[1].name, "knees");

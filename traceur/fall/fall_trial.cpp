@@ -140,11 +140,13 @@ class Follower {
   }
 
   int phase() const { return made_; }
+  /// All contacts of the plan have been made.
+  bool resting() const { return stage_ >= motion_.stages.size(); }
 
   /// Adds what bears the COM from the part it turns about: the rod's force of Eq. 12 as a pair of
   /// equal and opposite forces on the two, by the transposed Jacobian.
   void addSupport(const sim::Snapshot& s, VectorXd& tau) {
-    if (tracking_.support == 0 || stage_ >= motion_.stages.size()) return;
+    if (tracking_.support == 0 || resting()) return;
     const PendulumState p = body_->pendulum(s, node_);
     const double weight = model_->mass() * 9.81;
     const double force =
@@ -260,7 +262,7 @@ std::string_view nameOf(Strategy strategy) {
 }
 
 FallMotion motionOf(const FallPlan& plan, const PendulumModel& model, const SagittalBody& body,
-                    const PoseSolver& poses, const FallTracking& tracking, const FallState& start,
+                    PoseSolver& poses, const FallTracking& tracking, const FallState& start,
                     const std::vector<PoseSolver::Goal>& made, const sim::State& pose) {
   FallMotion motion;
   // At rest over the middle of the last two parts that touched, a little lower, so that both are
@@ -372,6 +374,9 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
   world.reset(stance_);
   const sim::Snapshot& s = world.snapshot();
   control::StablePd pd = control::defaultController(model);
+  const FallTracking& tracking = falls_->tracking;
+  const std::vector<sim::JointGain> gains(pd.gains().begin(), pd.gains().end());
+  control::JointTarget goal;
   const control::JointTarget held = control::targetOf(*model, stance_);
   const control::JointTarget tuck =
       control::targetOf(*model, model->stateOf(falls_->robot->poses.at(falls_->tuck)));
@@ -413,11 +418,7 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
         trial.start = {0, 0, body_.pendulum(s, 0)};
         pivot = body_.node(s, 0).x();
         if (strategy == Strategy::kPlanned) {
-          follower.emplace(body_, falls_->tracking, plan);
-          for (sim::JointGain& g : pd.gains()) {
-            g.kp *= falls_->tracking.stiffness;
-            g.kd *= falls_->tracking.damping;
-          }
+          follower.emplace(body_, tracking, plan);
         }
       } else if (k > patience) {
         break;
@@ -441,7 +442,13 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
         pd.addTorque(s, tuck, tau);
         break;
       case Strategy::kPlanned:
-        pd.addTorque(s, follower->target(s, world.state(), held), tau);
+        goal = follower->target(s, world.state(), held);
+        for (size_t i = 0; i < gains.size(); ++i) {
+          const bool rests = follower->resting();
+          pd.gains()[i] = {gains[i].kp * (rests ? tracking.rest_stiffness : tracking.stiffness),
+                           gains[i].kd * (rests ? tracking.rest_damping : tracking.damping)};
+        }
+        pd.addTorque(s, goal, tau);
         follower->addSupport(s, tau);
         break;
       case Strategy::kLimp:

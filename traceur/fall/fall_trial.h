@@ -40,7 +40,7 @@ struct FallMotion {
 /// @param start  what it was planned from: without contacts there, only how to come to rest
 /// @param pose   the robot's then
 FallMotion motionOf(const FallPlan& plan, const PendulumModel& model, const SagittalBody& body,
-                    const PoseSolver& poses, const FallTracking& tracking, const FallState& start,
+                    PoseSolver& poses, const FallTracking& tracking, const FallState& start,
                     const std::vector<PoseSolver::Goal>& made, const sim::State& pose);
 
 /// A constant force on the push body at its COM, horizontal, along the fall, from the start on.

@@ -19,18 +19,16 @@ constexpr double kDepth = 10;
 }  // namespace
 
 PoseSolver::PoseSolver(const SagittalBody& body, const FallRobot& falls)
-    : body_(&body), joints_(movedJoints(body, falls)) {
+    : body_(&body), world_(body.model()), joints_(movedJoints(body, falls)) {
   for (const auto& [name, point] : falls.robot->contacts) points_.push_back(point);
   stance_ = body.model()->stateOf(falls.robot->poses.at(body.setup().stance));
-  sim::World world(body.model());
-  world.reset(stance_);
-  height_ = body.com(world.snapshot()).y();
+  world_.place(stance_);
+  height_ = body.com(world_.snapshot()).y();
 }
 
 sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com,
-                             const sim::State& from, double* error) const {
+                             const sim::State& from, double* error) {
   const sim::Model& model = *body_->model();
-  sim::World world(body_->model());
   const double sign = body_->setup().sign();
   const int n = 3 + static_cast<int>(joints_.size());
   const Eigen::Quaterniond attitude(from.q[3], from.q[4], from.q[5], from.q[6]);
@@ -67,8 +65,8 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
   }
   // Begins where the pivot is on its place.
   x[0] = x[1] = 0;
-  world.reset(pose_of(x));
-  const Vector2d pivot = body_->node(world.snapshot(), goals.front().node) - goals.front().place;
+  world_.place(pose_of(x));
+  const Vector2d pivot = body_->node(world_.snapshot(), goals.front().node) - goals.front().place;
   x[0] = -pivot.x() / height_;
   x[1] = -pivot.y() / height_;
   const VectorXd begin = x;
@@ -79,8 +77,8 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
   double nearness = 0;
   const auto cost = [&](const std::vector<double>& at, std::vector<double>& gradient) {
     const VectorXd now = Eigen::Map<const VectorXd>(at.data(), n);
-    world.reset(pose_of(now));
-    const sim::Snapshot& s = world.snapshot();
+    world_.place(pose_of(now));
+    const sim::Snapshot& s = world_.snapshot();
     along.setZero();
     along(0, 0) = sign * height_;
     along(2, 1) = height_;

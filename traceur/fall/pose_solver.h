@@ -9,10 +9,12 @@
 
 namespace traceur::fall {
 
-/// Life: made once for a setup; solve() for each contact of a plan.
+/// Life: made once for a setup and a thread; solve() for each contact of a plan.
 class PoseSolver {
  public:
   PoseSolver(const SagittalBody& body, const FallRobot& falls);
+  PoseSolver(const PoseSolver&) = delete;
+  PoseSolver& operator=(const PoseSolver&) = delete;
 
   /// A part and where it should be, in the plane, from the pivot.
   struct Goal {
@@ -34,10 +36,11 @@ class PoseSolver {
   /// @param com     p₁
   /// @param error   if given, the distance that is left [m]: the square root of the weighted sum
   sim::State solve(const std::vector<Goal>& goals, const Vector2d& com, const sim::State& from,
-                   double* error = nullptr) const;
+                   double* error = nullptr);
 
  private:
   const SagittalBody* body_;
+  sim::World world_;
   std::vector<MovedJoint> joints_;
   std::vector<sim::ContactPoint> points_;  // all of the robot's
   double height_;                          // of the COM in the stance [m]

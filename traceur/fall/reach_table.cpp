@@ -65,7 +65,7 @@ ReachTables sampleReach(const SagittalBody& body, const FallRobot& falls,
       pose.q[model.joint(j.name).q] = angle;
       if (!j.other.empty()) pose.q[model.joint(j.other).q] = j.sign * angle;
     }
-    world.reset(pose);
+    world.place(pose);
     const sim::Snapshot& s = world.snapshot();
     const Vector2d com = body.com(s);
     for (size_t i = 0; i < graph.nodes.size(); ++i) {

@@ -64,6 +64,37 @@ std::shared_ptr<const Robot> robotOf(const std::string& name, const std::string&
   return std::make_shared<const Robot>(Robot::fromFile(testing::TempDir() + name + ".toml"));
 }
 
+TEST(World, PlacingARobotPutsItWhereAResetDoes) {
+  const auto model = onGround();
+  State pose = thrown(*model);
+  pose.q[2] = 0.1;  // among contacts
+  World reset(model);
+  World placed(model);
+  reset.reset(pose);
+  ASSERT_FALSE(reset.snapshot().contacts().empty());
+  placed.reset(pose);  // its contacts must not stay
+  placed.place(model->initialState());
+  placed.place(pose);
+  const Snapshot& a = reset.snapshot();
+  const Snapshot& b = placed.snapshot();
+  EXPECT_EQ(a.q(), b.q());
+  EXPECT_EQ(a.com(), b.com());
+  EXPECT_TRUE(b.contacts().empty());
+  Matrix3Xd J = Matrix3Xd::Zero(3, model->nv());
+  Matrix3Xd K = J;
+  for (int i = 0; i < model->bodies(); ++i) {
+    const BodyId body{i};
+    EXPECT_EQ(a.bodyPosition(body), b.bodyPosition(body));
+    EXPECT_EQ(a.bodyRotation(body), b.bodyRotation(body));
+    a.pointJacobian(body, Vector3d(0.1, 0, 0), J);
+    b.pointJacobian(body, Vector3d(0.1, 0, 0), K);
+    EXPECT_EQ(J, K);
+  }
+  a.comJacobian(J);
+  b.comJacobian(K);
+  EXPECT_EQ(J, K);
+}
+
 TEST(FreeFall, BallFollowsTheParabola) {
   Prop ball{.name = "ball", .shape = Prop::Shape::kBall, .position = {0, 0, 10}, .mass = 1};
   const auto model = props({ball});

@@ -29,7 +29,7 @@ World::~World() {
   mj_deleteData(data_);
 }
 
-void World::reset(const State& state) {
+void World::check(const State& state) const {
   const mjModel* m = model_->raw();
   if (state.q.size() != m->nq || state.v.size() != m->nv) {
     throw InputError(fmt::format("World::reset: expected q({}), v({}), got q({}), v({})", m->nq,
@@ -38,12 +38,32 @@ void World::reset(const State& state) {
   if (!state.q.allFinite() || !state.v.allFinite()) {
     throw InputError("World::reset: q and v must be finite, got NaN or infinity");
   }
-  mj_resetData(m, data_);
-  pushed_ = false;
+}
+
+void World::write(const State& state) {
+  const mjModel* m = model_->raw();
   data_->time = state.time;
   Eigen::Map<VectorXd>(data_->qpos, m->nq) = state.q;
   Eigen::Map<VectorXd>(data_->qvel, m->nv) = state.v;
+}
+
+void World::reset(const State& state) {
+  check(state);
+  const mjModel* m = model_->raw();
+  mj_resetData(m, data_);
+  pushed_ = false;
+  write(state);
   mj_forward(m, data_);
+  snapshot_.capture();
+}
+
+void World::place(const State& state) {
+  const mjModel* m = model_->raw();
+  check(state);
+  write(state);
+  data_->ncon = 0;
+  mj_kinematics(m, data_);
+  mj_comPos(m, data_);
   snapshot_.capture();
 }
 

@@ -38,6 +38,11 @@ class World {
 
   /// @throws InputError when q or v have the wrong size or hold NaN
   void reset(const State& state);
+  /// Only where things are, for much less than a reset(): of the snapshot the time, q, v,
+  /// places, rotations, Jacobians and the COM hold, contacts are none, forces mean nothing. A
+  /// reset() comes before the next step.
+  /// @throws InputError as reset()
+  void place(const State& state);
   void step(const Torque& torque);
   /// A force [N] and moment [N·m] in world axes on a body at its COM, held until changed or reset.
   void push(BodyId body, const Vector3d& force, const Vector3d& moment = Vector3d::Zero());
@@ -54,6 +59,9 @@ class World {
   mjData_* raw() { return data_; }
 
  private:
+  void check(const State& state) const;
+  void write(const State& state);
+
   std::shared_ptr<const Model> model_;
   Options options_;
   mjData_* data_ = nullptr;
