@@ -17,7 +17,7 @@ FallProblem fallProblem(const SagittalBody& body, const FallRobot& falls,
   p.model.inertia = body.inertia(stance);
   p.model.post_impact = options.post_impact;
   p.graph = graph;
-  p.rod_speed = falls.rod_speed;
+  p.rod_speed = body.setup().rod_speed;
   p.stopper_speed = falls.stopper_speed;
   p.least_interval = falls.least_interval;
   p.stall = options.stall;

@@ -150,8 +150,8 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   };
   falls.tuck = read_pose(reader, "tuck");
   falls.joints = reader.strings("joints");
-  falls.rod_speed = reader.number("rod_speed");
-  if (!(falls.rod_speed >= 0)) reader.fail("rod_speed", "\"rod_speed\": expected ≥ 0 [m/s]");
+  const double rod_speed = reader.number("rod_speed");
+  if (!(rod_speed >= 0)) reader.fail("rod_speed", "\"rod_speed\": expected ≥ 0 [m/s]");
   falls.stopper_speed = reader.number("stopper_speed");
   if (!(falls.stopper_speed > 0)) {
     reader.fail("stopper_speed", "\"stopper_speed\": expected > 0 [rad/s]");
@@ -182,16 +182,19 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   falls.tracking.rest_stiffness = reader.number("rest_stiffness", falls.tracking.stiffness);
   falls.tracking.rest_damping = reader.number("rest_damping", falls.tracking.damping);
   falls.tracking.support = reader.number("support", 0);
+  falls.tracking.ramp = reader.number("ramp", 0.8);
   falls.tracking.rest_height = reader.number("rest_height", 0.9);
-  for (const char* factor :
-       {"stiffness", "damping", "rest_stiffness", "rest_damping", "support", "rest_height"}) {
+  for (const char* factor : {"stiffness", "damping", "rest_stiffness", "rest_damping", "support",
+                             "ramp", "rest_height"}) {
     if (!(reader.number(factor, 1) >= 0)) {
       reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
     }
   }
   for (const TomlReader& row : reader.tables("fall")) {
     FallSetup setup{read_pose(row, "stance"), row.string("direction"),
-                    readGraph(row.table("graph"), robot), row.boolean("stands", true)};
+                    readGraph(row.table("graph"), robot), row.number("rod_speed", rod_speed),
+                    row.boolean("stands", true)};
+    if (!(setup.rod_speed >= 0)) row.fail("rod_speed", "\"rod_speed\": expected ≥ 0 [m/s]");
     if (setup.direction != "forward" && setup.direction != "backward") {
       row.fail("direction", "\"direction\": expected forward or backward");
     }

@@ -38,22 +38,23 @@ struct FallSetup {
   std::string stance;     ///< the name of a pose in the robot's file
   std::string direction;  ///< "forward" or "backward": along +x or -x of the robot
   ContactGraph graph;
-  bool stands = true;  ///< whether it should stand still until it is pushed
+  double rod_speed = 0;  ///< largest |ṙ₁| [m/s]
+  bool stands = true;    ///< whether it should stand still until it is pushed
 
   double sign() const { return direction == "backward" ? -1 : 1; }
 };
 
-/// How a plan is followed. All of it is ours: the first six are the robot's, the others were
+/// How a plan is followed. All of it is ours: the first seven are the robot's, the others were
 /// chosen by planned / unplanned impulse over pushes of the published ranges.
 struct FallTracking {
   double stiffness = 1;       ///< factor on the robot's kp while it falls
   double damping = 1;         ///< factor on its kd
-  double support = 0;         ///< share of the rod's force that the joints are told to bear
-  double rest_stiffness = 1;  ///< the same after the last contact
+  double rest_stiffness = 1;  ///< the same once the last contact has been made
   double rest_damping = 1;    ///< the same
-  double rest_height = 0.9;   ///< of the COM at rest, as a share of that at the last contact
-  double ramp = 0.8;  ///< share of the time to a contact in which the poses are gone through
-  int waypoints = 4;  ///< poses on the way to a contact, the last of them Eq. 19's
+  double support = 0;         ///< share of the rod's force that the joints are told to bear
+  double ramp = 0.8;  ///< time in which the poses to a contact are gone through, of that to it
+  double rest_height = 0.9;  ///< of the COM at rest, as a share of that at the last contact
+  int waypoints = 4;         ///< poses on the way to a contact, the last of them Eq. 19's
   double approach =
       0.3;            ///< weight of the next part's place before the last pose, growing up to it
   double kept = 0.1;  ///< weight of parts that touched before: kept there where that costs little
@@ -74,7 +75,6 @@ struct FallRobot {
   /// Of joints that a plan may use only a part of: [least, most] angle [rad]. A limb that is not
   /// quite stretched yields when it meets the ground.
   std::map<std::string, std::pair<double, double>> ranges;
-  double rod_speed = 0;       ///< largest |ṙ₁| [m/s]
   double stopper_speed = 0;   ///< largest |θ̇₂| [rad/s]
   double least_interval = 0;  ///< between two contacts [s]
   FallTracking tracking;

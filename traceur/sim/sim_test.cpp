@@ -413,7 +413,7 @@ TEST(Scene, WallAndRailStandWhereTheyAreAsked) {
 }
 
 TEST(Scene, MistakesInPropsAndSurfacesNameThem) {
-  const auto message = [](Scene scene) -> std::string {
+  const auto message = [](const Scene& scene) -> std::string {
     try {
       composeMjcf(scene);
     } catch (const InputError& e) {
@@ -480,12 +480,13 @@ TEST(Model, StepsWithoutWhatIsOnlySeenUnlessItWeighs) {
 }
 
 TEST(Scene, HasRoomForTheContactsOfItsProps) {
-  std::vector<Prop> boxes;
+  std::vector<Prop> boxes(36);
   for (int i = 0; i < 36; ++i) {
-    boxes.push_back({.name = fmt::format("box{}", i),
-                     .size = {.1, .1, .1},
-                     .position = {1 + .3 * (i % 6), .3 * (i / 6), .1},
-                     .mass = 1});
+    const auto [row, column] = std::div(i, 6);
+    boxes[i] = {.name = fmt::format("box{}", i),
+                .size = {.1, .1, .1},
+                .position = {1 + .3 * column, .3 * row, .1},
+                .mass = 1};
   }
   const auto model = onGround(boxes);
   World world(model);
