@@ -455,6 +455,19 @@ TEST(FallExperiment, SupportKeepsTheLegsFromGivingWay) {
   EXPECT_LT(std::abs(borne), 0.6 * std::abs(given_way)) << borne << " " << given_way;
 }
 
+TEST(FallExperiment, NothingAsksMoreOfAJointThanItHas) {
+  for (const auto& [robot, push] : {std::pair{"atlas", 2000.0}, std::pair{"bioloid-gp", 5.0}}) {
+    const auto falls = fallsOf(robot);
+    FallExperiment experiment(falls, falls->setups.front(), withPoses(2000));
+    for (const Strategy strategy :
+         {Strategy::kPlanned, Strategy::kHold, Strategy::kDamp, Strategy::kTuck}) {
+      const FallTrial trial = experiment.run({push}, strategy).trial;
+      EXPECT_LE(trial.peak_torque, 1) << robot << " " << nameOf(strategy);
+      EXPECT_GT(trial.peak_torque, 0.1) << robot << " " << nameOf(strategy);
+    }
+  }
+}
+
 TEST(FallExperiment, APushTooWeakMakesNoFall) {
   const auto falls = fallsOf("atlas");
   FallExperiment experiment(falls, falls->setup("two_feet", "forward"), withPoses(200));

@@ -164,9 +164,7 @@ class Follower {
     tau += J_.transpose() * f;
     for (const std::string& name : names) {
       const sim::ContactPoint& at = model_->robot()->contacts.at(name);
-      J_.setZero();
-      s.pointJacobian(model_->body(at.body), at.p_BP, J_);
-      tau -= J_.transpose() * f / static_cast<double>(names.size());
+      s.addPointForce(model_->body(at.body), at.p_BP, -f / static_cast<double>(names.size()), tau);
     }
   }
 
@@ -450,6 +448,9 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
         }
         pd.addTorque(s, goal, tau);
         follower->addSupport(s, tau);
+        for (const sim::Joint& j : model->joints()) {  // both together
+          tau[j.v] = control::limitedTorque(tau[j.v], s.v()[j.v], j.limit);
+        }
         break;
       case Strategy::kLimp:
         break;
