@@ -1,7 +1,7 @@
 // What planning a fall costs: the exact planner against the unpruned recursion, and the one that
 // plans while falling against the exact one, from random starts of each published stance.
 //
-//   bench_fall [STARTS]      run at the repository's root; 200 starts, of which 20 without pruning
+//   bench_fall [STARTS]      run at the repository's root; 200 starts, of which 3 without pruning
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -81,12 +81,16 @@ void measure(const FallRobot& falls, const FallSetup& setup, Stall stall, int st
       found += near.cost;
     }
   }
-  // Without pruning the fine problem takes minutes a plan: both on one three times as coarse.
-  FallProblem coarse = p;
-  coarse.grid.time *= 3;
-  coarse.grid.angle *= 2;
-  coarse.grid.rod_rates = 1;
-  for (int i = 0; i < std::min(20, starts); ++i) {
+  // Without pruning a plan takes up to 6 s where a stalled fall has stopped, minutes and more where
+  // they do not or the graph is long: both on a grid three times as coarse there.
+  FallProblem same = p;
+  const bool coarse = stall == Stall::kLiteral || p.graph.nodes.size() > 4;
+  if (coarse) {
+    same.grid.time *= 3;
+    same.grid.angle *= 2;
+    same.grid.rod_rates = 1;
+  }
+  for (int i = 0; i < std::min(coarse ? 20 : 3, starts); ++i) {
     Random random(6, 0, i);
     const FallState x{
         0,
@@ -96,17 +100,17 @@ void measure(const FallRobot& falls, const FallSetup& setup, Stall stall, int st
          .theta_rate = random.uniform(0.1, 0.5) * std::sqrt(p.model.gravity / stance.r),
          .r_rate = 0}};
     FallPlan a, b;
-    pruned.each.push_back(milliseconds([&] { a = planExactly(coarse, x); }));
-    plain.each.push_back(milliseconds([&] { b = planUnpruned(coarse, x); }));
+    pruned.each.push_back(milliseconds([&] { a = planExactly(same, x); }));
+    plain.each.push_back(milliseconds([&] { b = planUnpruned(same, x); }));
     if (a.cost != b.cost) ++differ;
   }
   fmt::print(
-      "{:10} {:8} {:8} {:7}  {:7.2f} {:7.2f}  {:8.1f}  {:6.2f} {:4}  {:8.1f} {:5}  {:5.0f} "
+      "{:10} {:8} {:8} {:7}  {:7.2f} {:7.2f}  {:8.1f}  {:6.2f} {:4}  {:8.1f}{} {:5}  {:5.0f} "
       "{:4.2f}\n",
       falls.robot->name, setup.stance, setup.direction,
       stall == Stall::kStops ? "stops" : "literal", quick.mean(), quick.p99(), exact.mean(),
-      100 * (found / optimum - 1), dead, plain.mean() / pruned.mean(), differ, build,
-      static_cast<double>(table->bytes()) / 1e6);
+      100 * (found / optimum - 1), dead, plain.mean() / pruned.mean(), coarse ? "*" : " ", differ,
+      build, static_cast<double>(table->bytes()) / 1e6);
 }
 
 }  // namespace
@@ -118,6 +122,7 @@ int main(int argc, char** argv) {
              "robot", "stance", "", "stall", "mean ms", "p99 ms", "exact ms", "cost+%", "dead",
              "unpruned", "other", "table", "MB");
   fmt::print("{:>70}  {:>6} {:>4}  {:>8} {:>5}  {:>5}\n", "", "", "ends", "/ exact", "plan", "ms");
+  fmt::print("{:>92}\n", "*: coarse grid");
   for (const char* robot : {"atlas", "bioloid-gp"}) {
     const FallRobot falls = FallRobot::fromFile(fmt::format("models/{}/falls.toml", robot));
     for (const FallSetup& setup : falls.setups) {

@@ -251,8 +251,12 @@ int compileFalls(const Arguments& a) {
     pending.commit();
     fmt::print("{}  {:.0f} kB\n", file.string(), static_cast<double>(bytes.size()) / 1e3);
   };
-  for (const fall::FallSetup& setup : falls->setups) {
-    const FallExperiment experiment(falls, setup);
+  fall::FallExperimentOptions options;
+  options.problem.seed = a.seed;
+  options.problem.stall = a.literal ? fall::Stall::kLiteral : fall::Stall::kStops;
+  for (fall::FallSetup setup : falls->setups) {
+    for (const std::string& node : a.without) setup.graph = setup.graph.without(node);
+    const FallExperiment experiment(falls, setup, options);
     const fall::FallProblem& problem = experiment.problem();
     const fall::LibraryLabel label{falls->robot->name, setup.stance, setup.direction};
     write(folder / fmt::format("{}-{}.fallplan", setup.stance, setup.direction),
@@ -274,7 +278,21 @@ void addFall(CLI::App& program, int& exit_code) {
       "compile", "Write each stance's planner for a microcontroller: a file and a C header.");
   compile->add_option("--robot", a->robot, kRobot)->required();
   compile->add_option("--out", a->out, "Folder; default: runs/fall-ROBOT");
-  compile->callback([a, &exit_code] { exit_code = compileFalls(*a); });
+  static constexpr const char* kWithout = "Parts that must not be used, such as hands";
+  static constexpr const char* kLiteral =
+      "A fall that stalls between contacts has not ended, as printed";
+  static constexpr const char* kSeed = "Of the random poses of the reach tables";
+  compile->add_option("--without", a->without, kWithout);
+  compile->add_flag("--literal", a->literal, kLiteral);
+  compile->add_option("--seed", a->seed, kSeed)->capture_default_str();
+  compile->callback([a, verb, &exit_code] {
+    for (const CLI::Option* o : verb->get_options()) {
+      if (o->count() > 0) {
+        throw CLI::ArgumentMismatch("options of compile come after it, not " + o->get_name());
+      }
+    }
+    exit_code = compileFalls(*a);
+  });
   CLI::Option* robot = verb->add_option("--robot", a->robot, kRobot);
   CLI::Option* push = verb->add_option("--push", a->push, "Force on the trunk for 0.1 s [N]");
   push->check(CLI::Range(0.0, 1e6));
@@ -288,13 +306,11 @@ void addFall(CLI::App& program, int& exit_code) {
   verb->add_option("--strategy", a->strategy, "What the robot does")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
-  verb->add_option("--without", a->without, "Parts that must not be used, such as hands");
-  verb->add_flag("--literal", a->literal,
-                 "A fall that stalls between contacts has not ended, as printed");
+  verb->add_option("--without", a->without, kWithout);
+  verb->add_flag("--literal", a->literal, kLiteral);
   verb->add_flag("--once", a->once, "Follow the first plan to its end, as published");
-  verb->add_flag("--exact", a->exact, "Plan exactly: tens of milliseconds instead of one");
-  verb->add_option("--seed", a->seed, "Of the random poses of the reach tables")
-      ->capture_default_str();
+  verb->add_flag("--exact", a->exact, "Plan exactly, some ten times slower");
+  verb->add_option("--seed", a->seed, kSeed)->capture_default_str();
   verb->add_option("--out", a->out, "Folder for pictures; default: under runs/");
   verb->add_flag("--video", a->video, "Also videos, four times slower than real");
   verb->add_flag("--no-pictures", a->no_pictures, "Only the table");

@@ -5,6 +5,7 @@ set -u
 traceur=$1
 nod=tests/cli/nod.toml
 dir=$(mktemp -d)
+export XDG_CACHE_HOME=$dir/cache  # nothing of the user's is touched
 trap 'chmod -R u+w "$dir"; rm -rf "$dir"' EXIT
 failures=0
 
@@ -61,6 +62,7 @@ expect 2 'has no fall "stand forward"' 'two_feet backward' -- fall --robot atlas
 expect 2 'cannot leave out "tail"' 'hands' -- fall --robot bioloid-gp --without tail --push 9
 expect 2 'fly not in {' -- fall --robot atlas --push 9 --strategy fly
 expect 0 -- fall --robot atlas --push 9 --strategy planned
+expect 2 'come after it, not --literal' -- fall --literal compile --robot atlas
 expect 2 'no falls.toml beside it' -- fall --robot tests/cli/nod.toml --push 9
 printf '<mujoco><worldbody></mujoco>' >"$dir/broken.xml"
 expect 2 'broken.xml:1' -- inspect "$dir/broken.xml"

@@ -76,7 +76,7 @@ struct FallRobot {
   /// quite stretched yields when it meets the ground.
   std::map<std::string, std::pair<double, double>> ranges;
   double stopper_speed = 0;   ///< largest |θ̇₂| [rad/s]
-  double least_interval = 0;  ///< between two contacts [s]
+  double least_interval = 0;  ///< from the beginning or a contact to the next contact [s]
   FallTracking tracking;
   std::vector<FallSetup> setups;
 

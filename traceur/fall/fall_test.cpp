@@ -126,6 +126,8 @@ TEST(FallRobot, RangesHoldForBothSidesOfAPairAndWithinTheRobotsLimits) {
     }
   }
   EXPECT_EQ(seen, 2);
+  falls.ranges = {{"l_leg_kny", {30, 90}}};  // degrees
+  EXPECT_THROW(movedJoints(body, falls), InputError);
 }
 
 TEST(FallRobot, LeavesOutANodeAndItsEdges) {
@@ -370,6 +372,7 @@ TEST(PlanLibrary, RefusesWhatIsNotItsOwn) {
   const auto has = [](const std::string& text, const char* part) {
     return text.find(part) != std::string::npos;
   };
+  EXPECT_TRUE(has(message("", c.problem), "not a library"));
   EXPECT_TRUE(has(message("nonsense", c.problem), "a.fallplan: not a library"));
   EXPECT_TRUE(has(message(c.bytes.substr(0, c.bytes.size() - 4), c.problem), "another size"));
   std::string damaged = c.bytes;
@@ -380,7 +383,7 @@ TEST(PlanLibrary, RefusesWhatIsNotItsOwn) {
   EXPECT_TRUE(has(message(old, c.problem), "another version"));
   FallProblem other = c.problem;
   other.stopper_speed *= 2;
-  EXPECT_TRUE(has(message(c.bytes, other), "another robot, stance or options"));
+  EXPECT_TRUE(has(message(c.bytes, other), "traceur fall compile"));
 }
 
 TEST(PlanLibrary, ATableKeptOnDiskIsTheOneThatWouldBeMade) {

@@ -140,7 +140,7 @@ class Follower {
   }
 
   int phase() const { return made_; }
-  /// All contacts of the plan have been made.
+  /// All contacts of the plan have been made, or there is no plan.
   bool resting() const { return stage_ >= motion_.stages.size(); }
 
   /// Adds what bears the COM from the part it turns about: the rod's force of Eq. 12 as a pair of

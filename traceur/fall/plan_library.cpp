@@ -37,7 +37,7 @@ void put(std::string& bytes, size_t at, const void* what, size_t size) {
 /// The bytes as the reader wants them: aligned to 4.
 class Opened {
  public:
-  explicit Opened(std::string_view bytes) : words_((bytes.size() + 3) / 4) {
+  explicit Opened(std::string_view bytes) : words_(bytes.size() / 4 + 1) {
     std::memcpy(words_.data(), bytes.data(), bytes.size());
     wrong_ = fall_open(words_.data(), bytes.size(), &library_);
   }
@@ -50,6 +50,11 @@ class Opened {
   const char* wrong_ = nullptr;
 };
 
+/// Whether the reader knows the model.
+bool storable(const FallProblem& p) {
+  return p.model.post_impact == PostImpact::kComVelocity && !p.model.reversed_coriolis;
+}
+
 std::uint64_t fingerprintIn(const fall_library& l) {
   return l.problem[0] | static_cast<std::uint64_t>(l.problem[1]) << 32;
 }
@@ -61,7 +66,7 @@ std::uint64_t fingerprintOf(const FallProblem& p, const ValueGrid& grid) {
   const auto add = [&](std::initializer_list<double> numbers) {
     hash.add(std::span<const double>(numbers.begin(), numbers.size()));
   };
-  add({FALL_LIBRARY_VERSION, p.model.mass, p.model.inertia, p.model.gravity, p.model.step,
+  add({ValueTable::kVersion, p.model.mass, p.model.inertia, p.model.gravity, p.model.step,
        static_cast<double>(p.model.post_impact), p.model.reversed_coriolis ? 1.0 : 0.0, p.rod_speed,
        p.stopper_speed, p.least_interval, static_cast<double>(p.grid.rod_rates), p.grid.time,
        p.grid.angle, static_cast<double>(p.stall), p.horizon, static_cast<double>(grid.times),
@@ -82,7 +87,7 @@ std::uint64_t fingerprintOf(const FallProblem& p, const ValueGrid& grid) {
 
 std::string compileLibrary(const FallProblem& p, const ValueTable& table,
                            const LibraryLabel& label) {
-  if (p.model.post_impact != PostImpact::kComVelocity || p.model.reversed_coriolis) {
+  if (!storable(p)) {
     throw InputError("a library of fall plans has only the default post-impact model");
   }
   fall_library l{};
@@ -165,7 +170,7 @@ ValueTable tableFromLibrary(std::string_view bytes, const FallProblem& problem,
   if (fingerprintIn(l) != fingerprintOf(problem, grid)) {
     throw InputError(fmt::format(
         "{}: was made for another robot, stance or options (it says {}, {} {}); make it anew with "
-        "traceur fall --compile",
+        "traceur fall compile",
         name, l.robot, l.stance, l.direction));
   }
   const auto* values =
@@ -175,9 +180,7 @@ ValueTable tableFromLibrary(std::string_view bytes, const FallProblem& problem,
 
 ValueTable cachedTable(const FallProblem& problem, const LibraryLabel& label,
                        const std::filesystem::path& folder) {
-  if (folder.empty() || problem.model.post_impact != PostImpact::kComVelocity) {
-    return ValueTable(problem);
-  }
+  if (folder.empty() || !storable(problem)) return ValueTable(problem);
   const std::filesystem::path file =
       folder / fmt::format("{:016x}.fallplan", fingerprintOf(problem));
   if (std::ifstream in(file, std::ios::binary); in) {

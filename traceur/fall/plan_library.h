@@ -21,8 +21,7 @@ struct LibraryLabel {
 };
 
 /// The file that embedded/fall_plan.h lays out and reads.
-/// @throws InputError for a post-impact model other than the default, which the reader does not
-/// know
+/// @throws InputError for a pendulum other than the default one, which is all the reader knows
 std::string compileLibrary(const FallProblem& problem, const ValueTable& table,
                            const LibraryLabel& label);
 

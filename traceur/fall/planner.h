@@ -37,7 +37,7 @@ struct FallProblem {
   std::vector<std::pair<double, double>> lengths;
   double rod_speed = 0;       ///< largest |ṙ₁| [m/s]
   double stopper_speed = 0;   ///< largest |θ̇₂| [rad/s]
-  double least_interval = 0;  ///< between two contacts [s]
+  double least_interval = 0;  ///< from the beginning or a contact to the next contact [s]
   Discretisation grid;
   Stall stall = Stall::kStops;
   /// Longest time between two contacts that is looked at [s] [ours: twice what Atlas takes to the

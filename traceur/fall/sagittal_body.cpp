@@ -1,9 +1,13 @@
 #include "traceur/fall/sagittal_body.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "traceur/core/error.h"
 
 namespace traceur::fall {
 namespace {
@@ -92,6 +96,14 @@ std::vector<MovedJoint> movedJoints(const SagittalBody& body, const FallRobot& f
     if (const auto range = falls.ranges.find(name); range != falls.ranges.end()) {
       joint.min = std::max(joint.min, range->second.first);
       joint.max = std::min(joint.max, range->second.second);
+      if (!(joint.min < joint.max)) {
+        throw InputError(
+            fmt::format("falls.toml of {}: the range of {}, {:g} to {:g} rad, is outside of its "
+                        "limits, {:g} to "
+                        "{:g} rad",
+                        falls.robot->name, name, range->second.first, range->second.second,
+                        limit.min, limit.max));
+      }
     }
     moved.push_back(std::move(joint));
   };

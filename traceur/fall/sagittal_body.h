@@ -53,6 +53,7 @@ struct MovedJoint {
 
 /// The joints of a robot's falls.toml; a pair moves alike unless a node of the graph hangs on one
 /// side of it only.
+/// @throws InputError for a range that has nothing in common with the joint's limits
 std::vector<MovedJoint> movedJoints(const SagittalBody& body, const FallRobot& falls);
 
 /// θ in (-π, π].

@@ -21,6 +21,10 @@ struct ValueGrid {
 /// m √(2 g r), so that interpolation stays finite. Four bytes a value.
 class ValueTable {
  public:
+  /// Of the values: to be raised when a change of this file, of the planner or of the pendulum
+  /// moves one, so that tables kept on disk are made again.
+  static constexpr int kVersion = 1;
+
   explicit ValueTable(const FallProblem& problem, const ValueGrid& grid = {});
   /// One that was made before.
   /// @param values  as values()

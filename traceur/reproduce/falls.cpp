@@ -7,7 +7,6 @@
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
 #include "traceur/fall/fall_experiment.h"
-#include "traceur/fall/plan_library.h"
 #include "traceur/skill/skill.h"
 
 namespace traceur::reproduce {
@@ -56,7 +55,6 @@ FallExperiment experimentOf(const Case& c, std::uint64_t seed, bool as_published
     options.replans = false;
     options.problem.stall = fall::Stall::kLiteral;
   }
-  options.tables = fall::tableCache();
   return {falls, setup, options};
 }
 

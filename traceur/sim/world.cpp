@@ -29,14 +29,14 @@ World::~World() {
   mj_deleteData(data_);
 }
 
-void World::check(const State& state) const {
+void World::check(const State& state, const char* caller) const {
   const mjModel* m = model_->raw();
   if (state.q.size() != m->nq || state.v.size() != m->nv) {
-    throw InputError(fmt::format("World::reset: expected q({}), v({}), got q({}), v({})", m->nq,
-                                 m->nv, state.q.size(), state.v.size()));
+    throw InputError(fmt::format("World::{}: expected q({}), v({}), got q({}), v({})", caller,
+                                 m->nq, m->nv, state.q.size(), state.v.size()));
   }
   if (!state.q.allFinite() || !state.v.allFinite()) {
-    throw InputError("World::reset: q and v must be finite, got NaN or infinity");
+    throw InputError(fmt::format("World::{}: q and v must be finite, got NaN or infinity", caller));
   }
 }
 
@@ -48,7 +48,7 @@ void World::write(const State& state) {
 }
 
 void World::reset(const State& state) {
-  check(state);
+  check(state, "reset");
   const mjModel* m = model_->raw();
   mj_resetData(m, data_);
   pushed_ = false;
@@ -59,7 +59,7 @@ void World::reset(const State& state) {
 
 void World::place(const State& state) {
   const mjModel* m = model_->raw();
-  check(state);
+  check(state, "place");
   write(state);
   data_->ncon = 0;
   mj_kinematics(m, data_);

@@ -39,8 +39,8 @@ class World {
   /// @throws InputError when q or v have the wrong size or hold NaN
   void reset(const State& state);
   /// Only where things are, for much less than a reset(): of the snapshot the time, q, v,
-  /// places, rotations, Jacobians and the COM hold, contacts are none, forces mean nothing. A
-  /// reset() comes before the next step.
+  /// places, rotations, Jacobians and the COM hold, contacts are none, velocities and forces mean
+  /// nothing. A reset() comes before the next step.
   /// @throws InputError as reset()
   void place(const State& state);
   void step(const Torque& torque);
@@ -59,7 +59,7 @@ class World {
   mjData_* raw() { return data_; }
 
  private:
-  void check(const State& state) const;
+  void check(const State& state, const char* caller) const;
   void write(const State& state);
 
   std::shared_ptr<const Model> model_;

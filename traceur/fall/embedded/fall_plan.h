@@ -45,7 +45,7 @@ struct fall_library { /* at offset 0 */
   float step;           /* of the integration [s] */
   float rod_speed;      /* largest rate of r [m/s] */
   float stopper_speed;  /* largest rate of theta2 [rad/s] */
-  float least_interval; /* between two contacts [s] */
+  float least_interval; /* from the beginning or a contact to the next contact [s] */
   float grid_time;      /* between possible contacts [s] */
   float grid_angle;     /* between possible theta2 [rad] */
   float horizon;        /* longest time to the next contact [s] */
@@ -59,7 +59,8 @@ struct fall_library_node { /* nodes of them, from first_node on; the first stand
   char name[24];
   uint32_t edges, first_edge;            /* what may touch next */
   struct fall_axis time, theta, r, rate; /* [s], [rad], [m], [rad/s] */
-  uint32_t values; /* float[time][theta][r][rate]: the impulse still to come at best [N s] */
+  uint32_t
+      values; /* float[time][theta][r][rate]: the largest impulse still to come at best [N s] */
 };
 
 struct fall_library_edge {
@@ -94,7 +95,7 @@ struct fall_contact {
 enum fall_answer {
   FALL_CONTACT, /* make this contact */
   FALL_STOPS,   /* it stops by itself: none is needed */
-  FALL_NONE     /* nothing that the robot can reach stops it */
+  FALL_NONE     /* there is no contact that it can reach */
 };
 
 static inline uint32_t fall_checksum(const void* bytes, size_t size) {
@@ -126,7 +127,8 @@ static inline const struct fall_library_node* fall_node(const struct fall_librar
   return (const struct fall_library_node*)((const char*)l + l->first_node) + i;
 }
 
-/* The impulse still to come from a state at best, interpolated; at the table's edge outside it. */
+/* The largest impulse still to come from a state at best, interpolated; at the table's edge outside
+ * it. */
 static inline float fall_value(const struct fall_library* l, const struct fall_state* s) {
   const struct fall_library_node* node = fall_node(l, s->node);
   const float* values = (const float*)((const char*)l + node->values);
@@ -177,7 +179,8 @@ static inline int fall_reachable(const struct fall_library* l, const struct fall
   return ((const unsigned char*)l + e->reach)[bit / 8] >> (bit % 8) & 1;
 }
 
-/* The contact that is best to make next. */
+/* The contact that is best to make next: written only if the answer is FALL_CONTACT. A fall that
+ * nothing stops has contacts too, of a large cost. */
 static inline enum fall_answer fall_next(const struct fall_library* l,
                                          const struct fall_state* from, struct fall_contact* best) {
   static const float kPi = 3.14159265f;
