@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/interrupt.h"
@@ -244,7 +245,7 @@ int compileFalls(const Arguments& a) {
   const auto falls = readFalls(a.robot);
   const fs::path folder =
       a.out.empty() ? fs::path("runs") / ("fall-" + falls->robot->name) : fs::path(a.out);
-  fs::create_directories(folder);
+  std::map<fs::path, std::string> files = {{folder / "fall_plan.h", kFallPlanHeader}};
   const auto write = [](const fs::path& file, std::string_view bytes) {
     PendingFile pending(file);
     pending.write(bytes);
@@ -259,11 +260,11 @@ int compileFalls(const Arguments& a) {
     const FallExperiment experiment(falls, setup, options);
     const fall::FallProblem& problem = experiment.problem();
     const fall::LibraryLabel label{falls->robot->name, setup.stance, setup.direction};
-    write(folder / fmt::format("{}-{}.fallplan", setup.stance, setup.direction),
-          fall::compileLibrary(problem, fall::cachedTable(problem, label, fall::tableCache()),
-                               label));
+    files[folder / fmt::format("{}-{}.fallplan", setup.stance, setup.direction)] =
+        fall::compileLibrary(problem, fall::cachedTable(problem, label, fall::tableCache()), label);
   }
-  write(folder / "fall_plan.h", kFallPlanHeader);
+  fs::create_directories(folder);  // only now: all or nothing
+  for (const auto& [file, bytes] : files) write(file, bytes);
   return kDone;
 }
 

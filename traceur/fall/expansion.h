@@ -31,9 +31,7 @@ class PlanSearch {
       std::function<void(size_t depth, double bound, const std::vector<PlannedContact>& all,
                          std::vector<const PlannedContact*>& chosen)>;
 
-  /// @param prunes  skips contacts whose impulse is not below the best cost found; the result is
-  /// the
-  ///                same
+  /// @param prunes  skips contacts whose impulse is not below the best cost found: equal results
   PlanSearch(const FallProblem& problem, bool prunes, Choose choose)
       : problem_(problem), prunes_(prunes), choose_(std::move(choose)) {}
 

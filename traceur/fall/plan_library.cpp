@@ -42,7 +42,7 @@ class Opened {
     wrong_ = fall_open(words_.data(), bytes.size(), &library_);
   }
   const char* wrong() const { return wrong_; }
-  const fall_library& library() const { return *library_; }
+  const fall_library& contents() const { return *library_; }
 
  private:
   std::vector<std::uint32_t> words_;
@@ -163,7 +163,7 @@ ValueTable tableFromLibrary(std::string_view bytes, const FallProblem& problem,
                             const std::string& name) {
   const Opened opened(bytes);
   if (opened.wrong()) throw InputError(fmt::format("{}: {}", name, opened.wrong()));
-  const fall_library& l = opened.library();
+  const fall_library& l = opened.contents();
   const fall_library_node* nodes = fall_node(&l, 0);
   const ValueGrid grid{static_cast<int>(nodes->time.n), static_cast<int>(nodes->theta.n),
                        static_cast<int>(nodes->r.n), static_cast<int>(nodes->rate.n)};
