@@ -166,7 +166,7 @@ int runFall(const Arguments& a) {
   const auto falls = readFalls(a.robot);
   fall::FallSetup setup =
       falls->setup(a.stance.empty() ? falls->setups.front().stance : a.stance, a.direction);
-  for (const std::string& node : a.without) setup.graph = setup.graph.without(node);
+  for (const std::string& node : a.without) setup = setup.without(node);
   fall::FallExperimentOptions options;
   options.problem.seed = a.seed;
   options.problem.stall = a.literal ? fall::Stall::kLiteral : fall::Stall::kStops;
@@ -256,7 +256,7 @@ int compileFalls(const Arguments& a) {
   options.problem.seed = a.seed;
   options.problem.stall = a.literal ? fall::Stall::kLiteral : fall::Stall::kStops;
   for (fall::FallSetup setup : falls->setups) {
-    for (const std::string& node : a.without) setup.graph = setup.graph.without(node);
+    for (const std::string& node : a.without) setup = setup.without(node);
     const FallExperiment experiment(falls, setup, options);
     const fall::FallProblem& problem = experiment.problem();
     const fall::LibraryLabel label{falls->robot->name, setup.stance, setup.direction};

@@ -17,8 +17,8 @@ FallProblem fallProblem(const SagittalBody& body, const FallRobot& falls,
   p.model.inertia = body.inertia(stance);
   p.model.post_impact = options.post_impact;
   p.graph = graph;
-  p.rod_speed = body.setup().rod_speed;
-  p.stopper_speed = falls.stopper_speed;
+  p.rod_speed = body.setup().quick.rod_speed;
+  p.stopper_speed = body.setup().quick.stopper_speed;
   p.least_interval = falls.least_interval;
   p.stall = options.stall;
   const double r1 = body.pendulum(s, 0).r;

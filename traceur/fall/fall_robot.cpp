@@ -88,7 +88,47 @@ ContactGraph readGraph(const TomlReader& reader, const sim::Robot& robot) {
   return graph;
 }
 
+/// What a table says of it, the rest as in `otherwise`.
+FallSetup::Quickness readQuickness(const TomlReader& reader,
+                                   const FallSetup::Quickness& otherwise) {
+  const FallSetup::Quickness quick{reader.number("rod_speed", otherwise.rod_speed),
+                                   reader.number("stopper_speed", otherwise.stopper_speed),
+                                   reader.number("stiffness", otherwise.stiffness)};
+  if (!(quick.rod_speed >= 0)) reader.fail("rod_speed", "\"rod_speed\": expected ≥ 0 [m/s]");
+  if (!(quick.stopper_speed > 0)) {
+    reader.fail("stopper_speed", "\"stopper_speed\": expected > 0 [rad/s]");
+  }
+  if (!(quick.stiffness >= 0)) reader.fail("stiffness", "\"stiffness\": expected a factor ≥ 0");
+  return quick;
+}
+
+void readWithout(const TomlReader& reader, FallSetup& setup) {
+  for (const std::string& name : reader.names()) {
+    const TomlReader row = reader.table(name);
+    if (indexOf(setup.graph, name) <= 0) {
+      std::vector<std::string> known;
+      for (size_t i = 1; i < setup.graph.nodes.size(); ++i) {
+        known.push_back(setup.graph.nodes[i].name);
+      }
+      reader.fail(name, fmt::format("\"without\": no node \"{}\" to leave out.{} There is: {}",
+                                    name, didYouMean(name, known), join(known)));
+    }
+    setup.quick_without[name] = readQuickness(row, setup.quick);
+    row.finish();
+  }
+  reader.finish();
+}
+
 }  // namespace
+
+FallSetup FallSetup::without(const std::string& node) const {
+  FallSetup less = *this;
+  less.graph = graph.without(node);
+  if (const auto quicker = quick_without.find(node); quicker != quick_without.end()) {
+    less.quick = quicker->second;
+  }
+  return less;
+}
 
 std::vector<int> ContactGraph::order() const {
   std::vector<int> sorted;
@@ -150,12 +190,8 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   };
   falls.tuck = read_pose(reader, "tuck");
   falls.joints = reader.strings("joints");
-  const double rod_speed = reader.number("rod_speed");
-  if (!(rod_speed >= 0)) reader.fail("rod_speed", "\"rod_speed\": expected ≥ 0 [m/s]");
-  falls.stopper_speed = reader.number("stopper_speed");
-  if (!(falls.stopper_speed > 0)) {
-    reader.fail("stopper_speed", "\"stopper_speed\": expected > 0 [rad/s]");
-  }
+  const FallSetup::Quickness quick =
+      readQuickness(reader, {reader.number("rod_speed"), reader.number("stopper_speed"), 1});
   falls.least_interval = reader.number("least_interval", 0);
   if (!(falls.least_interval >= 0)) {
     reader.fail("least_interval", "\"least_interval\": expected ≥ 0 [s]");
@@ -177,24 +213,23 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
     }
     ranges.finish();
   }
-  falls.tracking.stiffness = reader.number("stiffness", 1);
   falls.tracking.damping = reader.number("damping", 1);
-  falls.tracking.rest_stiffness = reader.number("rest_stiffness", falls.tracking.stiffness);
+  falls.tracking.rest_stiffness = reader.number("rest_stiffness", quick.stiffness);
   falls.tracking.rest_damping = reader.number("rest_damping", falls.tracking.damping);
   falls.tracking.support = reader.number("support", 0);
   falls.tracking.ramp = reader.number("ramp", 0.8);
   falls.tracking.rest_height = reader.number("rest_height", 0.9);
-  for (const char* factor : {"stiffness", "damping", "rest_stiffness", "rest_damping", "support",
-                             "ramp", "rest_height"}) {
+  for (const char* factor :
+       {"damping", "rest_stiffness", "rest_damping", "support", "ramp", "rest_height"}) {
     if (!(reader.number(factor, 1) >= 0)) {
       reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
     }
   }
   for (const TomlReader& row : reader.tables("fall")) {
     FallSetup setup{read_pose(row, "stance"), row.string("direction"),
-                    readGraph(row.table("graph"), robot), row.number("rod_speed", rod_speed),
-                    row.boolean("stands", true)};
-    if (!(setup.rod_speed >= 0)) row.fail("rod_speed", "\"rod_speed\": expected ≥ 0 [m/s]");
+                    readGraph(row.table("graph"), robot), readQuickness(row, quick)};
+    setup.stands = row.boolean("stands", true);
+    if (row.has("without")) readWithout(row.table("without"), setup);
     if (setup.direction != "forward" && setup.direction != "backward") {
       row.fail("direction", "\"direction\": expected forward or backward");
     }

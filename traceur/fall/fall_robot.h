@@ -38,19 +38,29 @@ struct FallSetup {
   std::string stance;     ///< the name of a pose in the robot's file
   std::string direction;  ///< "forward" or "backward": along +x or -x of the robot
   ContactGraph graph;
-  double rod_speed = 0;  ///< largest |ṙ₁| [m/s]
-  bool stands = true;    ///< whether it should stand still until it is pushed
+  /// How quick the body is on the way to a contact.
+  struct Quickness {
+    double rod_speed = 0;      ///< largest |ṙ₁| [m/s]
+    double stopper_speed = 0;  ///< largest |θ̇₂| [rad/s]
+    double stiffness = 1;      ///< factor on the robot's kp
+  };
+  Quickness quick = {};
+  std::map<std::string, Quickness> quick_without = {};  ///< by node: where that is left out
+  bool stands = true;  ///< whether it should stand still until it is pushed
 
   double sign() const { return direction == "backward" ? -1 : 1; }
+  /// The same fall without a node, as quick as is said for that.
+  /// @throws InputError as ContactGraph::without
+  FallSetup without(const std::string& node) const;
 };
 
-/// How a plan is followed. All of it is ours: the first seven are the robot's, the others were
-/// chosen by planned / unplanned impulse over pushes of the published ranges.
+/// How a plan is followed, beside FallSetup::Quickness. All of it is ours: the first six are the
+/// robot's, the others were chosen by planned / unplanned impulse over pushes of the published
+/// ranges.
 struct FallTracking {
-  double stiffness = 1;       ///< factor on the robot's kp while it falls
-  double damping = 1;         ///< factor on its kd
-  double rest_stiffness = 1;  ///< the same once the last contact has been made
-  double rest_damping = 1;    ///< the same
+  double damping = 1;         ///< factor on the robot's kd while it falls
+  double rest_stiffness = 1;  ///< factor on its kp once the last contact has been made
+  double rest_damping = 1;    ///< factor on its kd then
   double support = 0;         ///< share of the rod's force that the joints are told to bear
   double ramp = 0.8;  ///< time in which the poses to a contact are gone through, of that to it
   double rest_height = 0.9;  ///< of the COM at rest, as a share of that at the last contact
@@ -75,7 +85,6 @@ struct FallRobot {
   /// Of joints that a plan may use only a part of: [least, most] angle [rad]. A limb that is not
   /// quite stretched yields when it meets the ground.
   std::map<std::string, std::pair<double, double>> ranges;
-  double stopper_speed = 0;   ///< largest |θ̇₂| [rad/s]
   double least_interval = 0;  ///< from the beginning or a contact to the next contact [s]
   FallTracking tracking;
   std::vector<FallSetup> setups;

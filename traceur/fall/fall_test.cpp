@@ -146,6 +146,28 @@ TEST(FallRobot, LeavesOutANodeAndItsEdges) {
   EXPECT_THROW(whole.without("tail"), InputError);
 }
 
+TEST(FallRobot, IsAsQuickAsIsSaidForTheFallAndForWhatIsLeftOut) {
+  FallSetup setup = fallsOf("bioloid-gp")->setup("one_foot", "forward");
+  const FallSetup without = setup.without("hands");
+  EXPECT_EQ(without.graph.nodes.size(), setup.graph.nodes.size() - 1);
+  EXPECT_GT(without.quick.stopper_speed, setup.quick.stopper_speed);
+  EXPECT_EQ(without.quick.rod_speed, setup.quick.rod_speed);  // what is not said stays
+  EXPECT_EQ(setup.without("head").quick.stopper_speed, setup.quick.stopper_speed);
+
+  const auto with = [](const std::string& more) {
+    std::string text = kHead;
+    text.insert(text.find("[fall.graph]"), more + "\n");
+    return complaint(text +
+                     "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
+                     "hands = { points = [\"left_hand\"] }\n");
+  };
+  EXPECT_NE(with("without.hand = { stiffness = 1 }").find("Did you mean \"hands\"?"),
+            std::string::npos);
+  EXPECT_NE(with("without.hands = { stopper_speed = 0 }").find("expected > 0"), std::string::npos);
+  EXPECT_NE(with("without.hands = { speed = 1 }").find("speed"), std::string::npos);
+  EXPECT_EQ(with("stiffness = 0.5\nwithout.hands = { rod_speed = 0.1 }"), "");
+}
+
 TEST(FallRobot, GraphsAreThePublishedOnes) {
   const auto count = [](const FallSetup& s) {
     size_t n = 0;

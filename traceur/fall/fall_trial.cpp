@@ -443,8 +443,9 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
         goal = follower->target(s, world.state(), held);
         for (size_t i = 0; i < gains.size(); ++i) {
           const bool rests = follower->resting();
-          pd.gains()[i] = {gains[i].kp * (rests ? tracking.rest_stiffness : tracking.stiffness),
-                           gains[i].kd * (rests ? tracking.rest_damping : tracking.damping)};
+          pd.gains()[i] = {
+              gains[i].kp * (rests ? tracking.rest_stiffness : body_.setup().quick.stiffness),
+              gains[i].kd * (rests ? tracking.rest_damping : tracking.damping)};
         }
         pd.addTorque(s, goal, tau);
         follower->addSupport(s, tau);

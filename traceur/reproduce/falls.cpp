@@ -48,7 +48,7 @@ FallExperiment experimentOf(const Case& c, std::uint64_t seed, bool as_published
   const auto falls = std::make_shared<const fall::FallRobot>(
       fall::FallRobot::fromFile(robot.parent_path() / "falls.toml"));
   fall::FallSetup setup = falls->setup(c.stance, c.direction);
-  if (!c.without.empty()) setup.graph = setup.graph.without(c.without);
+  if (!c.without.empty()) setup = setup.without(c.without);
   fall::FallExperimentOptions options;
   options.problem.seed = seed;
   if (as_published) {
