@@ -151,9 +151,7 @@ void claim(const fs::path& folder, const Arguments& a, const bias::BongoMachine&
                     "Choose another --out or remove the folder",
                     file.string()));
   }
-  std::error_code failed;
-  fs::create_directories(folder, failed);
-  if (failed) throw SystemError(fmt::format("{}: {}", folder.string(), failed.message()));
+  makeFolder(folder);
   PendingFile pending(file);
   pending.write(now);
   pending.commit();

@@ -192,7 +192,7 @@ int exportRun(const Arguments& a) {
   const std::string table = stem + "-targets.csv";
   const std::string controller = stem + "-controller.json";
   if (const auto folder = std::filesystem::path(stem).parent_path(); !folder.empty()) {
-    std::filesystem::create_directories(folder);
+    makeFolder(folder);
   }
   write(table, csv);
   write(controller, toJson(l, r).dump(2) + "\n");

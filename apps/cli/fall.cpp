@@ -85,7 +85,7 @@ struct Ran {
 
 void draw(const std::vector<Ran>& runs, const Arguments& a, const fs::path& folder,
           const std::stop_token& stop) {
-  fs::create_directories(folder);
+  makeFolder(folder);
   render::Figure impulse{.title = "Impulse of the last 10 ms", .panels = {{}}};
   impulse.panels[0].xlabel = "time [s]";
   impulse.panels[0].ylabel = "impulse [N s]";
@@ -263,7 +263,7 @@ int compileFalls(const Arguments& a) {
     files[folder / fmt::format("{}-{}.fallplan", setup.stance, setup.direction)] =
         fall::compileLibrary(problem, fall::cachedTable(problem, label, fall::tableCache()), label);
   }
-  fs::create_directories(folder);  // only now: all or nothing
+  makeFolder(folder);  // only now: all or nothing
   for (const auto& [file, bytes] : files) write(file, bytes);
   return kDone;
 }

@@ -10,6 +10,7 @@
 #include "apps/cli/reproduce_pictures.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
 #include "traceur/core/text.h"
 #include "traceur/reproduce/table.h"
 
@@ -203,7 +204,7 @@ int draw(const Drawing& drawing, const Arguments& a) {
     throw InputError(
         fmt::format("--out {}: expected {}", out, drawing.pixels ? ".png" : ".png or .svg"));
   }
-  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+  makeFolder(file.parent_path());
   nlohmann::ordered_json j{{"figure", drawing.name}, {"seed", a.first_seed}, {"file", out}};
   const nlohmann::ordered_json told = drawing.draw(a.first_seed, out);
   j.update(told);

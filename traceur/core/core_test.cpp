@@ -8,6 +8,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/pending_file.h"
 #include "traceur/core/process.h"
 #include "traceur/core/random.h"
 #include "traceur/core/run_file.h"
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 /// A folder of the test's own, empty.
 fs::path scratch() {
   const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path dir = fs::path(testing::TempDir()) /
+  fs::path dir = fs::path(testing::TempDir()) /
                        (std::string("traceur_") + info->test_suite_name() + "_" + info->name());
   fs::remove_all(dir);
   fs::create_directories(dir);
@@ -158,6 +159,17 @@ TEST(Toml, MissingFileAndFolderAreNamed) {
 
 const RunFile::Meta kMeta = {{"skill", "jump"}, {"seed", "1"}};
 
+TEST(PendingFile, AFolderIsMadeOnceOrNamed) {
+  const fs::path dir = scratch();
+  makeFolder(dir / "a" / "b");
+  makeFolder(dir / "a" / "b");
+  EXPECT_TRUE(fs::is_directory(dir / "a" / "b"));
+  std::ofstream(dir / "file") << "x";
+  const std::string message = messageOf([&] { makeFolder(dir / "file" / "c"); });
+  EXPECT_NE(message.find("file/c: cannot make the folder"), std::string::npos) << message;
+  EXPECT_EQ(messageOf([] { makeFolder(""); }), "");
+}
+
 TEST(RunFile, KeepsWhatItWasGiven) {
   const fs::path file = scratch() / "deep" / "a.run";
   {
@@ -225,7 +237,7 @@ std::filesystem::path cutOffInACommit(const std::filesystem::path& dir) {
                    "UPDATE trial SET x = zeroblob(3000)",
                    nullptr, nullptr, nullptr),
       SQLITE_OK);
-  const auto cut = dir / "cut.run";
+  auto cut = dir / "cut.run";
   std::filesystem::copy_file(file, cut);
   std::filesystem::copy_file(file.string() + "-journal", cut.string() + "-journal");
   sqlite3_close(db);
@@ -278,7 +290,7 @@ TEST(RunFile, ALockThatCannotBeMadeIsTheMachinesRefusal) {
 
 TEST(RunFile, AnEmptyFileNeverBegan) {
   const auto dir = scratch();
-  std::ofstream(dir / "a.run");
+  std::ofstream(dir / "a.run").flush();
   EXPECT_NE(messageOf([&] { RunFile::create(dir / "a.run", kMeta); }).find("exists already"),
             std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(dir / "a.run"));

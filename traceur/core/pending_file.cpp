@@ -18,6 +18,15 @@ std::string because(int error) {
 
 }  // namespace
 
+void makeFolder(const std::filesystem::path& folder) {
+  if (folder.empty()) return;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!error) return;
+  throw SystemError(
+      fmt::format("{}: cannot make the folder: {}", folder.string(), error.message()));
+}
+
 PendingFile::PendingFile(std::filesystem::path path) : path_(std::move(path)) {
   std::error_code ignored;
   if (path_.filename().empty() || std::filesystem::is_directory(path_, ignored)) {

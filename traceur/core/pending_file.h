@@ -6,6 +6,10 @@
 
 namespace traceur {
 
+/// Makes a folder and those above it, where there are none. "": nothing to make.
+/// @throws SystemError "PATH: cannot make the folder: …"
+void makeFolder(const std::filesystem::path& folder);
+
 /// Life of a pending file:
 ///   1. The constructor makes an empty file beside the final one, under another name.
 ///   2. Either write() fills it, or another program does through beside().

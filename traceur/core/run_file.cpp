@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
 
 namespace traceur {
 namespace {
@@ -217,14 +218,7 @@ RunFile::RunFile(RunFile&&) noexcept = default;
 RunFile& RunFile::operator=(RunFile&&) noexcept = default;
 
 RunFile RunFile::create(const std::filesystem::path& file, const Meta& meta) {
-  std::error_code error;
-  if (file.has_parent_path()) {
-    std::filesystem::create_directories(file.parent_path(), error);
-    if (error) {
-      throw SystemError(fmt::format("{}: cannot make the folder: {}", file.parent_path().string(),
-                                    error.message()));
-    }
-  }
+  makeFolder(file.parent_path());
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (made < 0 && errno == EEXIST) {
     throw InputError(fmt::format("{}: exists already", file.string()));
@@ -249,6 +243,7 @@ RunFile RunFile::create(const std::filesystem::path& file, const Meta& meta) {
     impl->execute("COMMIT", "cannot be written");
     transaction.done();
   } catch (...) {
+    std::error_code error;
     std::filesystem::remove(file, error);  // made above: nothing half-written stays
     throw;
   }

@@ -236,7 +236,9 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
     if (const std::string cycle = cycleOf(setup.graph); !cycle.empty()) {
       row.fail("graph", fmt::format("a fall along {} need not end", cycle));
     }
-    if (setup.graph.nodes.empty() || setup.graph.edges[0].empty()) {
+    const TomlReader graph = row.table("graph");
+    const std::vector<std::string> nodes = graph.names();
+    if (nodes.empty() || !graph.table(nodes.front()).has("next")) {
       row.fail("graph", "expected a first node, what the robot stands on, with a \"next\"");
     }
     row.finish();

@@ -191,9 +191,8 @@ ValueTable cachedTable(const FallProblem& problem, const LibraryLabel& label,
     }
   }
   ValueTable table(problem);
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
   try {
+    makeFolder(folder);
     PendingFile pending(file);
     pending.write(compileLibrary(problem, table, label));
     pending.commit();

@@ -148,7 +148,7 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
   const bool keep = !file.empty() && !todo.empty();
   std::ofstream out;
   if (keep) {
-    if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+    makeFolder(file.parent_path());
     write(file);  // anew: a line cut short by a crash must not stay in the middle
     out.open(file, std::ios::app);
   }
