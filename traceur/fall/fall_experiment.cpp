@@ -11,14 +11,15 @@ namespace traceur::fall {
 FallExperiment::FallExperiment(std::shared_ptr<const FallRobot> falls, const FallSetup& setup,
                                FallExperimentOptions options)
     : falls_(std::move(falls)),
-      options_(options),
-      simulator_(*falls_, setup, options.protocol),
-      problem_(fallProblem(simulator_.body(), *falls_, options.problem)),
-      poses_(simulator_.body(), *falls_) {
+      options_(std::move(options)),
+      simulator_(*falls_, setup, options_.protocol),
+      problem_(fallProblem(simulator_.body(), *falls_, options_.problem)),
+      poses_(simulator_.body(), *falls_),
+      world_(simulator_.body().model()) {
   simulator_.checkStance();
 }
 
-FallPlan FallExperiment::plan(const FallState& start) {
+FallPlan FallExperiment::plan(const FallState& start, const sim::State& pose) {
   FallPlan found;
   if (options_.exact) {
     found = planExactly(problem_, start);
@@ -30,9 +31,11 @@ FallPlan FallExperiment::plan(const FallState& start) {
     }
     found = planQuickly(problem_, *table_, start);
   }
-  if (start.contact != 0 || found.contacts.empty()) return found;
+  if (found.contacts.empty()) return found;
+  world_.place(pose);
+  const std::vector<HeldPart> parts = heldParts(body(), world_.snapshot(), start.contact);
   double held = 0;
-  for (const HeldImpact& h : heldFall(problem_, start)) held = std::max(held, h.impulse);
+  for (const HeldImpact& h : heldFall(problem_, parts, start)) held = std::max(held, h.impulse);
   if (held < found.cost) found = {std::numeric_limits<double>::infinity(), {}};
   return found;
 }
@@ -44,7 +47,7 @@ FallExperiment::Outcome FallExperiment::run(const Push& push, Strategy strategy,
   const auto next = [&](const FallState& start, const std::vector<PoseSolver::Goal>& made,
                         const sim::State& pose) -> std::optional<FallMotion> {
     if (!first && (plan || !options_.replans)) return std::nullopt;
-    FallPlan found = first && plan ? *plan : this->plan(start);
+    FallPlan found = first && plan ? *plan : this->plan(start, pose);
     if (first) outcome.plan = found;
     first = false;
     if (std::isinf(found.cost)) return std::nullopt;

@@ -42,20 +42,21 @@ class FallExperiment {
   Outcome run(const Push& push, Strategy strategy, sim::Recording* recording = nullptr,
               const FallPlan* plan = nullptr);
 
-  /// The plan from a state; of infinite cost where none stops the fall or, by the model, the stance
-  /// held would cost less. The first makes the value table, in seconds.
-  FallPlan plan(const FallState& start);
-
   const FallProblem& problem() const { return problem_; }
   const SagittalBody& body() const { return simulator_.body(); }
 
  private:
+  /// The plan from a state; of infinite cost where none stops the fall or, by the model, the pose
+  /// kept would cost less. The first makes the value table, in seconds.
+  FallPlan plan(const FallState& start, const sim::State& pose);
+
   std::shared_ptr<const FallRobot> falls_;
   FallExperimentOptions options_;
   FallSimulator simulator_;
   FallProblem problem_;
   std::optional<ValueTable> table_;
   PoseSolver poses_;
+  sim::World world_;  // for kinematics
 };
 
 }  // namespace traceur::fall

@@ -31,17 +31,21 @@ FallProblem fallProblem(const SagittalBody& body, const FallRobot& falls,
       p.first_angle[i].push_back(body.stopperAngle(s, static_cast<int>(i), to));
     }
   }
+  return p;
+}
+
+std::vector<HeldPart> heldParts(const SagittalBody& body, const sim::Snapshot& s, int pivot) {
   const Vector2d com = body.com(s);
-  const Vector2d rod = com - body.node(s, 0);
-  const std::vector<std::string>& standing = graph.nodes[0].points;
-  for (const auto& [name, unused] : falls.robot->contacts) {
+  const Vector2d rod = com - body.node(s, pivot);
+  const std::vector<std::string>& standing = body.setup().graph.nodes[pivot].points;
+  std::vector<HeldPart> parts;
+  for (const auto& [name, unused] : body.model()->robot()->contacts) {
     if (std::find(standing.begin(), standing.end(), name) != standing.end()) continue;
     const Vector2d stopper = body.inPlane(body.point(s, name)) - com;
-    p.parts.push_back(
-        {name, stopper.norm(),
-         wrapped(std::atan2(stopper.x(), stopper.y()) - std::atan2(rod.x(), rod.y()))});
+    parts.push_back({name, stopper.norm(),
+                     wrapped(std::atan2(stopper.x(), stopper.y()) - std::atan2(rod.x(), rod.y()))});
   }
-  return p;
+  return parts;
 }
 
 }  // namespace traceur::fall

@@ -18,4 +18,7 @@ struct FallProblemOptions {
 FallProblem fallProblem(const SagittalBody& body, const FallRobot& falls,
                         const FallProblemOptions& options = {});
 
+/// A robot's contact points, but for those of the node it turns about, as they are.
+std::vector<HeldPart> heldParts(const SagittalBody& body, const sim::Snapshot& s, int pivot);
+
 }  // namespace traceur::fall

@@ -295,15 +295,17 @@ FallPlan replay(const FallProblem& problem, const FallState& start,
   return plan;
 }
 
-std::vector<HeldImpact> heldFall(const FallProblem& problem, const FallState& start) {
+std::vector<HeldImpact> heldFall(const FallProblem& problem, const std::vector<HeldPart>& parts,
+                                 const FallState& start) {
   struct Rigid {
-    const FallProblem::Part* part;
+    const HeldPart* part;
     double r2;
     double theta2;
     bool down = false;
   };
   std::vector<Rigid> rest;
-  for (const FallProblem::Part& p : problem.parts) rest.push_back({&p, p.r2, p.theta2, false});
+  rest.reserve(parts.size());
+  for (const HeldPart& p : parts) rest.push_back({&p, p.r2, p.theta2, false});
   std::vector<HeldImpact> impacts;
   PendulumState s = start.pendulum;
   double time = start.time;

@@ -43,14 +43,6 @@ struct FallProblem {
   /// Longest time between two contacts that is looked at [s] [ours: twice what Atlas takes to the
   /// ground after the least published push].
   double horizon = 3;
-  /// The stance seen from its first node, for what happens without a plan: each part's distance
-  /// from the COM and angle from the prolonged rod.
-  struct Part {
-    std::string name;
-    double r2 = 0;
-    double theta2 = 0;
-  };
-  std::vector<Part> parts;
 };
 
 struct FallState {
@@ -106,14 +98,23 @@ FallPlan planUnpruned(const FallProblem& problem, const FallState& start,
 FallPlan planCached(const FallProblem& problem, const FallState& start, double tolerance = 0.1,
                     PlanEffort* effort = nullptr);
 
-/// The fall of the stance as it is, rigid: the impulses of its parts as they meet the ground, in
-/// order. The largest is what a plan has to be better than.
+/// A part of a pose that is kept, seen from a node: its distance from the COM [m], and its angle
+/// from the prolonged rod [rad].
+struct HeldPart {
+  std::string name;
+  double r2 = 0;
+  double theta2 = 0;
+};
+
+/// The fall of a pose as it is, rigid: the impulses of its parts as they meet the ground, in order.
+/// The largest is what a plan has to be better than.
 struct HeldImpact {
   std::string part;
   double time = 0;     ///< since the fall began [s]
   double impulse = 0;  ///< [N·s]
 };
-std::vector<HeldImpact> heldFall(const FallProblem& problem, const FallState& start);
+std::vector<HeldImpact> heldFall(const FallProblem& problem, const std::vector<HeldPart>& parts,
+                                 const FallState& start);
 
 /// The contact after an action, where the problem allows it.
 std::optional<PlannedContact> tryAction(const FallProblem& problem, const FallState& from,

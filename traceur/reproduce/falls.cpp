@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "traceur/core/error.h"
+#include "traceur/core/hash.h"
 #include "traceur/core/random.h"
+#include "traceur/core/toml.h"
 #include "traceur/fall/fall_experiment.h"
 #include "traceur/skill/skill.h"
 
@@ -43,10 +45,28 @@ constexpr const char* kProtocol =
     "contact, pushes of 0.1 s on the trunk. Unplanned holds the stance; limp switches the motors "
     "off; damp lets them only resist; tuck curls up.";
 
+/// Beside the robot, in the source folder and where the program is installed.
+std::filesystem::path fallsOf(const std::string& robot) {
+  return skill::findRobot(robot, std::filesystem::current_path()).parent_path() / "falls.toml";
+}
+
+/// The engine and, of each robot, a print of its model and of what its falls.toml says.
+std::string fallPrints() {
+  std::string prints = sim::engineVersion();
+  for (const char* robot : {"bioloid-gp", "atlas"}) {
+    const std::filesystem::path file = fallsOf(robot);
+    const fall::FallRobot falls = fall::FallRobot::fromFile(file);
+    Hash hash;
+    hash.add(readFile(file));
+    hash.add(sim::Model::fromScene({.robot = falls.robot})->mjcf());
+    prints += fmt::format(" {} {:08x}", robot, hash.value() & 0xffffffff);
+  }
+  return prints;
+}
+
 FallExperiment experimentOf(const Case& c, std::uint64_t seed, bool as_published = false) {
-  const auto robot = skill::findRobot(c.robot, std::filesystem::current_path());
-  const auto falls = std::make_shared<const fall::FallRobot>(
-      fall::FallRobot::fromFile(robot.parent_path() / "falls.toml"));
+  const auto falls =
+      std::make_shared<const fall::FallRobot>(fall::FallRobot::fromFile(fallsOf(c.robot)));
   fall::FallSetup setup = falls->setup(c.stance, c.direction);
   if (!c.without.empty()) setup = setup.without(c.without);
   fall::FallExperimentOptions options;
@@ -66,6 +86,7 @@ Outcome outcomeOf(const fall::FallTrial& t) {
 /// A row a case, a column a way to fall.
 Table casesTable(const std::vector<Case>& cases) {
   Table t;
+  t.made_with = fallPrints;
   t.protocol =
       fmt::format("{} The seed is that of the poses the reach tables are drawn from.", kProtocol);
   std::vector<double> unplanned, planned;
@@ -140,6 +161,7 @@ Table fallRobustness() {
   const Case planned{"bioloid-gp", "one_foot", "forward", kPlannedFor};
   Table t;
   t.name = "fall-robustness";
+  t.made_with = fallPrints;
   t.title = "BioloidGP follows the plan for 5 N after other pushes [Ha2015, §4.4.1.1].";
   t.protocol = fmt::format(
       "{} The plan ends with an impact that stops the fall, and is followed to its end without "
@@ -233,6 +255,7 @@ Table figure22() {
   static constexpr double kInterval = 0.01;  // of FallTrial::com [s]
   Table t;
   t.name = "figure-22";
+  t.made_with = fallPrints;
   t.title = "The centre of mass of the model and of the robot that follows it [Ha2015, Fig. 22].";
   t.protocol =
       "One plan that ends with an impact, followed to its end without planning anew, as published. "
@@ -283,6 +306,7 @@ Table randomFalls() {
                                              {{"atlas", "two_feet", "backward", 300}, 500}};
   Table t;
   t.name = "random-falls";
+  t.made_with = fallPrints;
   t.title = "Falls after random pushes in the published ranges. Not in the paper.";
   t.protocol = fmt::format(
       "{} Impulses as a share of that of the unplanned fall after the same "
