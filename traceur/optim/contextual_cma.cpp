@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
@@ -18,7 +19,7 @@ namespace traceur::optim {
 namespace {
 
 constexpr std::string_view kKind = "contextual";
-constexpr std::uint64_t kStateVersion = 1;
+constexpr std::uint64_t kStateVersion = 2;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
@@ -333,7 +334,8 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
 
   const MatrixXd step = delta_A * G_root / s.sigma;  // (n x K)
   const MatrixXd whitened = B * (D_.cwiseInverse().asDiagonal() * (B.transpose() * step));
-  s.A += delta_A;
+  const MatrixXd old_A = s.A;
+  s.A = unbroken(s.A + delta_A);
   ++s.updates;
   s.p_sigma = (1 - c_sigma) * s.p_sigma + std::sqrt(c_sigma * (2 - c_sigma) * mu_w) * whitened;
   const double length = s.p_sigma.norm();
@@ -352,7 +354,7 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   double weight_sum = 0;
   for (int i = 0; i < M; ++i) {
     if (!(heard[i] > 0)) continue;
-    const MatrixXd Y = (X_.colwise() - (s.A - delta_A) * Phi.col(i)) / s.sigma;
+    const MatrixXd Y = (X_.colwise() - old_A * Phi.col(i)) / s.sigma;
     VectorXd w = W.row(i).transpose();
     for (int k = 0; k < lambda; ++k) {
       const double low = alpha * negative(i, k);
@@ -377,6 +379,31 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
     s.C.col(i) *= widest / now;
     s.p_c.row(i) *= widest / now;
   }
+}
+
+MatrixXd ContextualCma::unbroken(MatrixXd A) const {
+  for (int i = 0; i < dimension(); ++i) {
+    const Eigen::RowVectorXd means = A.row(i) * Phi_;
+    const double middle = means[means.size() / 2];
+    // Between which mirrors the middle of the curve lies; the fold repeats itself twice a period.
+    double low = bounds_.unfold(i, options_.lower[i]) / options_.scale[i];
+    double high = bounds_.unfold(i, options_.upper[i]) / options_.scale[i];
+    if (std::isfinite(low) && std::isfinite(high)) {
+      const double cell = high - low;
+      low += cell * std::floor((middle - low) / cell);
+      high = low + cell;
+    } else if (middle < low) {
+      high = std::exchange(low, -kInfinity);
+    } else if (middle > high) {
+      low = std::exchange(high, kInfinity);
+    }
+    if (means.minCoeff() >= low && means.maxCoeff() <= high) continue;
+    for (double& point : A.row(i)) {
+      if (point < low) point = std::min(2 * low - point, high);
+      if (point > high) point = std::max(2 * high - point, low);
+    }
+  }
+  return A;
 }
 
 void ContextualCma::endRunIfDone(bool anything) {

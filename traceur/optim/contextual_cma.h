@@ -81,7 +81,9 @@ struct ContextualCmaState {
 /// Linear-in-features means and one covariance as in contextual CMA-ES [Abdolmaleki2017]; that
 /// every sample is scored and weighted for every task, and the restarts, are ours.
 ///
-/// Failures, bounds and scale as in CmaEs: a failed trial never gets a positive weight.
+/// Failures, bounds and scale as in CmaEs: a failed trial never gets a positive weight. A curve
+/// with a bound between its tasks is handed out broken, folded there: the control points beyond are
+/// replaced by their mirror images, which at the ends of a line are the same parameters [ours].
 class ContextualCma : public FamilyOptimizer {
  public:
   /// @throws InputError for sizes that differ, NaN, fewer tasks than control points, tasks that do
@@ -107,6 +109,7 @@ class ContextualCma : public FamilyOptimizer {
   void draw();
   void update();
   void adapt(const MatrixXd& all_costs);
+  MatrixXd unbroken(MatrixXd A) const;
   void noteCurve();
   void endRunIfDone(bool anything);
   Curve curve() const;

@@ -108,6 +108,31 @@ TEST(ContextualCma, StaysInsideTheBoxWhenTheOptimumLeavesIt) {
   }
 }
 
+TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) {
+  // Optima near the bounds: an end of the line that has gone through one is handed out folded back,
+  // where it is right by itself and wrong with the other end.
+  class NearBounds : public Moving {
+   public:
+    NearBounds() : Moving(6, 6, false) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      Evaluation e{.cost = 0};
+      for (int i = 0; i < 6; ++i) {
+        VectorXd c = VectorXd::LinSpaced(6, -0.9, 0.9);
+        c.tail(3).array() -= 0.04 * i;
+        e.task_costs.push_back((x - c).squaredNorm());
+        e.cost += e.task_costs.back() / 6;
+      }
+      return e;
+    }
+  };
+  const NearBounds problem;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto optimizer = made(problem, {.seed = seed});
+    const Summary s = minimise(problem, *optimizer, {.budget = 1500, .target = 1e-3});
+    EXPECT_EQ(s.end, End::kTarget) << seed;
+  }
+}
+
 TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
   /// A wide basin with a floor of 1 and a narrow one that leads to 0.
   class Trap : public Moving {
