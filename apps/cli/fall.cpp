@@ -65,16 +65,30 @@ std::shared_ptr<const fall::FallRobot> readFalls(const std::string& name) {
   return std::make_shared<const fall::FallRobot>(fall::FallRobot::fromFile(file));
 }
 
-std::string planInWords(const fall::FallProblem& problem, const fall::FallPlan& plan,
-                        double since) {
+std::string planInWords(const fall::FallProblem& problem, const FallExperiment::Outcome& outcome) {
+  const fall::FallPlan& plan = outcome.plan;
+  const double since = outcome.trial.noticed;
   if (std::isinf(plan.cost)) return "no plan: nothing can stop this fall";
+  if (plan.contacts.empty()) {
+    return "no plan yet: the fall should stop by itself, so the pose is kept";
+  }
   std::string words = fmt::format("plan: {} on the ground", problem.graph.nodes[0].name);
   for (const fall::PlannedContact& c : plan.contacts) {
     words +=
         fmt::format("; {} at {:.2f} s ({:.3g} N·s)", problem.graph.nodes[c.action.contact].name,
                     since + c.from.time + c.action.duration, c.impact.impulse);
   }
-  return words + fmt::format("; largest impulse {:.3g} N·s", plan.cost);
+  words += fmt::format("; largest impulse {:.3g} N·s", plan.cost);
+  return outcome.refused ? words + "; not followed: keeping the pose costs less" : words;
+}
+
+/// What makes another plan of the same fall, for names of files: "-without-hands-literal".
+std::string variantOf(const Arguments& a) {
+  std::string variant;
+  for (const std::string& node : a.without) variant += "-without-" + node;
+  if (a.literal) variant += "-literal";
+  if (a.once) variant += "-once";
+  return variant;
 }
 
 struct Ran {
@@ -180,6 +194,10 @@ int runFall(const Arguments& a) {
     if (interrupt.token().stop_requested()) return kInterrupted;
     Ran r{strategy, {}, {}};
     r.outcome = experiment.run(push, strategy, &r.recording);
+    if (r.outcome.trial.diverged) {
+      throw InputError(fmt::format("--push {:g}: the simulation of \"{}\" diverges", push.force,
+                                   nameOf(strategy)));
+    }
     if (!r.outcome.trial.fell) {
       const std::string words = fmt::format(
           "a push of {:g} N for {:g} s does not make {} fall {} from \"{}\": no plan is needed",
@@ -198,6 +216,8 @@ int runFall(const Arguments& a) {
                           {"stance", setup.stance},
                           {"direction", a.direction},
                           {"push_N", push.force},
+                          {"without", a.without},
+                          {"literal", a.literal},
                           {"fell", true},
                           {"noticed_s", runs.front().outcome.trial.noticed},
                           {"runs", nlohmann::json::array()}};
@@ -211,8 +231,7 @@ int runFall(const Arguments& a) {
   double held = 0;
   for (const Ran& r : runs) {
     if (r.strategy == Strategy::kPlanned) {
-      fmt::print("{}\n",
-                 planInWords(experiment.problem(), r.outcome.plan, r.outcome.trial.noticed));
+      fmt::print("{}\n", planInWords(experiment.problem(), r.outcome));
     }
     if (r.strategy == Strategy::kHold) held = r.outcome.trial.impulse;
   }
@@ -226,16 +245,15 @@ int runFall(const Arguments& a) {
     for (const fall::GroundContact& c : t.contacts) {
       contacts += fmt::format("{}{} {:.2f} s", contacts.empty() ? "" : ", ", c.part, c.time);
     }
-    fmt::print("{:8}  {:8.3g}  {:>6}  {:8.3g}  {:7.2f}  {:9.3g}  {:>4}  {}{}\n", nameOf(r.strategy),
+    fmt::print("{:8}  {:8.3g}  {:>6}  {:8.3g}  {:7.2f}  {:9.3g}  {:>4}  {}\n", nameOf(r.strategy),
                t.impulse, held > 0 ? fmt::format("{:.2f}", t.impulse / held) : "", t.peak_force,
-               t.peak_torque, t.peak_head, t.head_hit ? "yes" : "no", contacts,
-               t.diverged ? " (diverged)" : "");
+               t.peak_torque, t.peak_head, t.head_hit ? "yes" : "no", contacts);
   }
   if (a.no_pictures) return kDone;
   fmt::print("\n");
   const std::string folder = a.out.empty()
-                                 ? fmt::format("runs/fall-{}-{}-{}-{:g}N", falls->robot->name,
-                                               setup.stance, a.direction, push.force)
+                                 ? fmt::format("runs/fall-{}-{}-{}-{:g}N{}", falls->robot->name,
+                                               setup.stance, a.direction, push.force, variantOf(a))
                                  : a.out;
   draw(runs, a, folder, interrupt.token());
   return interrupt.token().stop_requested() ? kInterrupted : kDone;
@@ -255,12 +273,19 @@ int compileFalls(const Arguments& a) {
   fall::FallExperimentOptions options;
   options.problem.seed = a.seed;
   options.problem.stall = a.literal ? fall::Stall::kLiteral : fall::Stall::kStops;
+  for (const std::string& node : a.without) {
+    const bool known = std::any_of(falls->setups.begin(), falls->setups.end(),
+                                   [&](const fall::FallSetup& s) { return s.graph.has(node); });
+    if (!known) throw InputError(fmt::format("--without: no fall has a \"{}\"", node));
+  }
   for (fall::FallSetup setup : falls->setups) {
-    for (const std::string& node : a.without) setup = setup.without(node);
+    for (const std::string& node : a.without) {
+      if (setup.graph.has(node)) setup = setup.without(node);
+    }
     const FallExperiment experiment(falls, setup, options);
     const fall::FallProblem& problem = experiment.problem();
     const fall::LibraryLabel label{falls->robot->name, setup.stance, setup.direction};
-    files[folder / fmt::format("{}-{}.fallplan", setup.stance, setup.direction)] =
+    files[folder / fmt::format("{}-{}{}.fallplan", setup.stance, setup.direction, variantOf(a))] =
         fall::compileLibrary(problem, fall::cachedTable(problem, label, fall::tableCache()), label);
   }
   makeFolder(folder);  // only now: all or nothing

@@ -61,6 +61,8 @@ expect 2 '--push is required' -- fall --robot atlas
 expect 2 'has no fall "stand forward"' 'two_feet backward' -- fall --robot atlas --stance stand --push 9
 expect 2 'cannot leave out "tail"' 'hands' -- fall --robot bioloid-gp --without tail --push 9
 expect 2 'fly not in {' -- fall --robot atlas --push 9 --strategy fly
+expect 2 "100000: the simulation of" diverges -- fall --robot bioloid-gp --push 100000 --strategy hold
+expect 2 'no fall has a "nose"' -- fall compile --robot atlas --without nose --out "$dir/nose"
 expect 0 -- fall --robot atlas --push 9 --strategy planned
 expect 2 'come after it, not --literal' -- fall --literal compile --robot atlas
 expect 2 'no falls.toml beside it' -- fall --robot tests/cli/nod.toml --push 9

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 fs::path scratch() {
   const auto* info = testing::UnitTest::GetInstance()->current_test_info();
   fs::path dir = fs::path(testing::TempDir()) /
-                       (std::string("traceur_") + info->test_suite_name() + "_" + info->name());
+                 (std::string("traceur_") + info->test_suite_name() + "_" + info->name());
   fs::remove_all(dir);
   fs::create_directories(dir);
   return dir;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "traceur/fall/plan_library.h"
 
@@ -19,25 +18,22 @@ FallExperiment::FallExperiment(std::shared_ptr<const FallRobot> falls, const Fal
   simulator_.checkStance();
 }
 
-FallPlan FallExperiment::plan(const FallState& start, const sim::State& pose) {
-  FallPlan found;
-  if (options_.exact) {
-    found = planExactly(problem_, start);
-  } else {
-    if (!table_) {
-      const FallSetup& setup = body().setup();
-      table_ = cachedTable(problem_, {falls_->robot->name, setup.stance, setup.direction},
-                           options_.tables);
-    }
-    found = planQuickly(problem_, *table_, start);
+FallPlan FallExperiment::plan(const FallState& start) {
+  if (options_.exact) return planExactly(problem_, start);
+  if (!table_) {
+    const FallSetup& setup = body().setup();
+    table_ = cachedTable(problem_, {falls_->robot->name, setup.stance, setup.direction},
+                         options_.tables);
   }
-  if (found.contacts.empty()) return found;
+  return planQuickly(problem_, *table_, start);
+}
+
+double FallExperiment::heldCost(const FallState& start, const sim::State& pose) {
   world_.place(pose);
   const std::vector<HeldPart> parts = heldParts(body(), world_.snapshot(), start.contact);
-  double held = 0;
-  for (const HeldImpact& h : heldFall(problem_, parts, start)) held = std::max(held, h.impulse);
-  if (held < found.cost) found = {std::numeric_limits<double>::infinity(), {}};
-  return found;
+  double most = 0;
+  for (const HeldImpact& h : heldFall(problem_, parts, start)) most = std::max(most, h.impulse);
+  return most;
 }
 
 FallExperiment::Outcome FallExperiment::run(const Push& push, Strategy strategy,
@@ -47,10 +43,16 @@ FallExperiment::Outcome FallExperiment::run(const Push& push, Strategy strategy,
   const auto next = [&](const FallState& start, const std::vector<PoseSolver::Goal>& made,
                         const sim::State& pose) -> std::optional<FallMotion> {
     if (!first && (plan || !options_.replans)) return std::nullopt;
-    FallPlan found = first && plan ? *plan : this->plan(start, pose);
-    if (first) outcome.plan = found;
+    const FallPlan found = first && plan ? *plan : this->plan(start);
+    // As printed, a plan is followed whatever it costs.
+    const bool refused = options_.problem.stall == Stall::kStops && !found.contacts.empty() &&
+                         heldCost(start, pose) < found.cost;
+    if (first) {
+      outcome.plan = found;
+      outcome.refused = refused;
+    }
     first = false;
-    if (std::isinf(found.cost)) return std::nullopt;
+    if (refused || std::isinf(found.cost)) return std::nullopt;
     return motionOf(found, problem_.model, body(), poses_, falls_->tracking, start, made, pose);
   };
   outcome.trial = simulator_.run(push, strategy, next, recording);

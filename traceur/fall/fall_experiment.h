@@ -35,7 +35,8 @@ class FallExperiment {
 
   struct Outcome {
     FallTrial trial;
-    FallPlan plan;  ///< the first, where the strategy plans
+    FallPlan plan;         ///< the first, where the strategy plans
+    bool refused = false;  ///< it is not followed: by the model keeping the pose costs less
   };
 
   /// @param plan  follow this one, whatever the fall is like, instead of planning
@@ -46,9 +47,10 @@ class FallExperiment {
   const SagittalBody& body() const { return simulator_.body(); }
 
  private:
-  /// The plan from a state; of infinite cost where none stops the fall or, by the model, the pose
-  /// kept would cost less. The first makes the value table, in seconds.
-  FallPlan plan(const FallState& start, const sim::State& pose);
+  /// The first makes the value table, in seconds.
+  FallPlan plan(const FallState& start);
+  /// What the pose costs if it is kept from a state on, by the model [N·s].
+  double heldCost(const FallState& start, const sim::State& pose);
 
   std::shared_ptr<const FallRobot> falls_;
   FallExperimentOptions options_;

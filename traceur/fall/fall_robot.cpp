@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
+#include "traceur/sim/model.h"
 
 namespace traceur::fall {
 namespace {
@@ -88,18 +90,23 @@ ContactGraph readGraph(const TomlReader& reader, const sim::Robot& robot) {
   return graph;
 }
 
-/// What a table says of it, the rest as in `otherwise`.
-FallSetup::Quickness readQuickness(const TomlReader& reader,
-                                   const FallSetup::Quickness& otherwise) {
-  const FallSetup::Quickness quick{reader.number("rod_speed", otherwise.rod_speed),
-                                   reader.number("stopper_speed", otherwise.stopper_speed),
-                                   reader.number("stiffness", otherwise.stiffness)};
-  if (!(quick.rod_speed >= 0)) reader.fail("rod_speed", "\"rod_speed\": expected ≥ 0 [m/s]");
-  if (!(quick.stopper_speed > 0)) {
-    reader.fail("stopper_speed", "\"stopper_speed\": expected > 0 [rad/s]");
-  }
-  if (!(quick.stiffness >= 0)) reader.fail("stiffness", "\"stiffness\": expected a factor ≥ 0");
-  return quick;
+FallSetup::QuicknessChange readQuickness(const TomlReader& reader) {
+  const auto read = [&](const char* key, bool zero, const char* unit) -> std::optional<double> {
+    if (!reader.has(key)) return std::nullopt;
+    const double value = reader.number(key, 1);
+    if (!((zero ? value >= 0 : value > 0) && std::isfinite(value))) {
+      reader.fail(key, fmt::format("\"{}\": expected {} 0{}", key, zero ? "≥" : ">", unit));
+    }
+    return value;
+  };
+  return {read("rod_speed", true, " [m/s]"), read("stopper_speed", false, " [rad/s]"),
+          read("stiffness", true, ", a factor")};
+}
+
+FallSetup::Quickness changed(const FallSetup::Quickness& quick,
+                             const FallSetup::QuicknessChange& to) {
+  return {to.rod_speed.value_or(quick.rod_speed), to.stopper_speed.value_or(quick.stopper_speed),
+          to.stiffness.value_or(quick.stiffness)};
 }
 
 void readWithout(const TomlReader& reader, FallSetup& setup) {
@@ -113,21 +120,50 @@ void readWithout(const TomlReader& reader, FallSetup& setup) {
       reader.fail(name, fmt::format("\"without\": no node \"{}\" to leave out.{} There is: {}",
                                     name, didYouMean(name, known), join(known)));
     }
-    setup.quick_without[name] = readQuickness(row, setup.quick);
+    setup.quick_without[name] = readQuickness(row);
     row.finish();
   }
   reader.finish();
+}
+
+/// Complains of names in "joints" and "push_body" that the robot lacks.
+void checkNames(const TomlReader& reader, const FallRobot& falls) {
+  const auto model = sim::Model::fromScene({.robot = falls.robot});
+  std::vector<std::string> joints = keysOf(falls.robot->mirrored);
+  for (const sim::Joint& j : model->joints()) joints.push_back(j.name);
+  for (const std::string& name : falls.joints) {
+    if (std::find(joints.begin(), joints.end(), name) != joints.end()) continue;
+    reader.fail("joints", fmt::format("\"joints\": {} has no joint \"{}\".{}", falls.robot->name,
+                                      name, didYouMean(name, joints)));
+  }
+  std::vector<std::string> bodies;
+  for (int b = 0; b < model->bodies(); ++b) {
+    if (model->isRobot({b})) bodies.push_back(model->bodyName({b}));
+  }
+  if (std::find(bodies.begin(), bodies.end(), falls.push_body) == bodies.end()) {
+    reader.fail("push_body",
+                fmt::format("\"push_body\": {} has no body \"{}\".{}", falls.robot->name,
+                            falls.push_body, didYouMean(falls.push_body, bodies)));
+  }
 }
 
 }  // namespace
 
 FallSetup FallSetup::without(const std::string& node) const {
   FallSetup less = *this;
-  less.graph = graph.without(node);
-  if (const auto quicker = quick_without.find(node); quicker != quick_without.end()) {
-    less.quick = quicker->second;
+  try {
+    less.graph = graph.without(node);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{} {}: {}", stance, direction, e.what()));
+  }
+  if (const auto change = quick_without.find(node); change != quick_without.end()) {
+    less.quick = changed(quick, change->second);
   }
   return less;
+}
+
+bool ContactGraph::has(std::string_view node) const {
+  return indexOf(*this, node) >= 0;
 }
 
 std::vector<int> ContactGraph::order() const {
@@ -161,6 +197,10 @@ ContactGraph ContactGraph::without(std::string_view name) const {
       if (to != gone) graph.edges.back().push_back(moved(to));
     }
   }
+  if (graph.edges[0].empty()) {
+    throw InputError(fmt::format("cannot leave out \"{}\": nothing else follows \"{}\"", name,
+                                 graph.nodes[0].name));
+  }
   return graph;
 }
 
@@ -190,10 +230,10 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   };
   falls.tuck = read_pose(reader, "tuck");
   falls.joints = reader.strings("joints");
-  const FallSetup::Quickness quick =
-      readQuickness(reader, {reader.number("rod_speed"), reader.number("stopper_speed"), 1});
+  for (const char* needed : {"rod_speed", "stopper_speed"}) reader.number(needed);
+  const FallSetup::Quickness quick = changed({}, readQuickness(reader));
   falls.least_interval = reader.number("least_interval", 0);
-  if (!(falls.least_interval >= 0)) {
+  if (!(falls.least_interval >= 0 && std::isfinite(falls.least_interval))) {
     reader.fail("least_interval", "\"least_interval\": expected ≥ 0 [s]");
   }
   if (reader.has("ranges")) {
@@ -214,20 +254,22 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
     ranges.finish();
   }
   falls.tracking.damping = reader.number("damping", 1);
-  falls.tracking.rest_stiffness = reader.number("rest_stiffness", quick.stiffness);
+  if (reader.has("rest_stiffness")) {
+    falls.tracking.rest_stiffness = reader.number("rest_stiffness");
+  }
   falls.tracking.rest_damping = reader.number("rest_damping", falls.tracking.damping);
   falls.tracking.support = reader.number("support", 0);
   falls.tracking.ramp = reader.number("ramp", 0.8);
   falls.tracking.rest_height = reader.number("rest_height", 0.9);
   for (const char* factor :
        {"damping", "rest_stiffness", "rest_damping", "support", "ramp", "rest_height"}) {
-    if (!(reader.number(factor, 1) >= 0)) {
+    if (const double f = reader.number(factor, 1); !(f >= 0 && std::isfinite(f))) {
       reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
     }
   }
   for (const TomlReader& row : reader.tables("fall")) {
     FallSetup setup{read_pose(row, "stance"), row.string("direction"),
-                    readGraph(row.table("graph"), robot), readQuickness(row, quick)};
+                    readGraph(row.table("graph"), robot), changed(quick, readQuickness(row))};
     setup.stands = row.boolean("stands", true);
     if (row.has("without")) readWithout(row.table("without"), setup);
     if (setup.direction != "forward" && setup.direction != "backward") {
@@ -238,13 +280,15 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
     }
     const TomlReader graph = row.table("graph");
     const std::vector<std::string> nodes = graph.names();
-    if (nodes.empty() || !graph.table(nodes.front()).has("next")) {
+    if (nodes.empty() || !graph.table(nodes.front()).has("next") ||
+        graph.table(nodes.front()).strings("next").empty()) {
       row.fail("graph", "expected a first node, what the robot stands on, with a \"next\"");
     }
     row.finish();
     falls.setups.push_back(std::move(setup));
   }
   if (falls.setups.empty()) reader.fail("fall", "expected at least one [[fall]]");
+  checkNames(reader, falls);
   reader.finish();
   diagnostics.throwIfAny();
   return falls;

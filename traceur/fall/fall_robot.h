@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -26,10 +27,12 @@ struct ContactGraph {
   std::vector<ContactNode> nodes;       ///< the first is what the robot stands on
   std::vector<std::vector<int>> edges;  ///< by node: what may follow it
 
+  bool has(std::string_view node) const;
   /// The nodes so that each comes after all it can follow.
   std::vector<int> order() const;
   /// The same without a node.
-  /// @throws InputError for a name it does not have, or the first
+  /// @throws InputError for a name it does not have, the first, or where nothing could follow the
+  ///         first then
   ContactGraph without(std::string_view node) const;
 };
 
@@ -45,12 +48,16 @@ struct FallSetup {
     double stiffness = 1;      ///< factor on the robot's kp
   };
   Quickness quick = {};
-  std::map<std::string, Quickness> quick_without = {};  ///< by node: where that is left out
+  struct QuicknessChange {
+    std::optional<double> rod_speed = {}, stopper_speed = {}, stiffness = {};
+  };
+  std::map<std::string, QuicknessChange> quick_without = {};  ///< by node: where that is left out
   bool stands = true;  ///< whether it should stand still until it is pushed
 
   double sign() const { return direction == "backward" ? -1 : 1; }
-  /// The same fall without a node, as quick as is said for that.
-  /// @throws InputError as ContactGraph::without
+  /// The same fall without a node, as quick as is said for that; of several left out one after
+  /// another the last to say something of a speed decides on it.
+  /// @throws InputError as ContactGraph::without, naming the fall
   FallSetup without(const std::string& node) const;
 };
 
@@ -58,10 +65,11 @@ struct FallSetup {
 /// robot's, the others were chosen by planned / unplanned impulse over pushes of the published
 /// ranges.
 struct FallTracking {
-  double damping = 1;         ///< factor on the robot's kd while it falls
-  double rest_stiffness = 1;  ///< factor on its kp once the last contact has been made
-  double rest_damping = 1;    ///< factor on its kd then
-  double support = 0;         ///< share of the rod's force that the joints are told to bear
+  double damping = 1;  ///< factor on the robot's kd while it falls
+  /// Factor on its kp once the last contact has been made; nothing: Quickness::stiffness.
+  std::optional<double> rest_stiffness = {};
+  double rest_damping = 1;  ///< factor on its kd then
+  double support = 0;       ///< share of the rod's force that the joints are told to bear
   double ramp = 0.8;  ///< time in which the poses to a contact are gone through, of that to it
   double rest_height = 0.9;  ///< of the COM at rest, as a share of that at the last contact
   int waypoints = 4;         ///< poses on the way to a contact, the last of them Eq. 19's
@@ -90,7 +98,7 @@ struct FallRobot {
   std::vector<FallSetup> setups;
 
   /// @throws InputError listing every mistake: a contact point, body, joint or pose that the robot
-  ///         lacks, a graph that leads nowhere or round in a circle
+  ///         lacks, a graph that leads nowhere or round in a circle, numbers out of range
   static FallRobot fromFile(const std::filesystem::path& file);
 
   /// @throws InputError naming what there is

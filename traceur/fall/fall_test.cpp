@@ -142,6 +142,9 @@ TEST(FallRobot, LeavesOutANodeAndItsEdges) {
     }
   }
   EXPECT_EQ(edges, 11 - 4);  // Figure 20 has eleven, four of them to or from the hands
+  ContactGraph all = whole;
+  for (const char* node : {"left-heel", "left-toes", "hands"}) all = all.without(node);
+  EXPECT_THROW(all.without("head"), InputError);  // nothing could follow
   EXPECT_THROW(whole.without("right-toes"), InputError);
   EXPECT_THROW(whole.without("tail"), InputError);
 }
@@ -153,6 +156,14 @@ TEST(FallRobot, IsAsQuickAsIsSaidForTheFallAndForWhatIsLeftOut) {
   EXPECT_GT(without.quick.stopper_speed, setup.quick.stopper_speed);
   EXPECT_EQ(without.quick.rod_speed, setup.quick.rod_speed);  // what is not said stays
   EXPECT_EQ(setup.without("head").quick.stopper_speed, setup.quick.stopper_speed);
+  // In any order, where they say different things.
+  setup.quick_without["head"] = {.rod_speed = 0.01};
+  for (const FallSetup& both :
+       {setup.without("hands").without("head"), setup.without("head").without("hands")}) {
+    EXPECT_EQ(both.quick.rod_speed, 0.01);
+    EXPECT_EQ(both.quick.stopper_speed, without.quick.stopper_speed);
+    EXPECT_EQ(both.quick.stiffness, without.quick.stiffness);
+  }
 
   const auto with = [](const std::string& more) {
     std::string text = kHead;
@@ -165,7 +176,26 @@ TEST(FallRobot, IsAsQuickAsIsSaidForTheFallAndForWhatIsLeftOut) {
             std::string::npos);
   EXPECT_NE(with("without.hands = { stopper_speed = 0 }").find("expected > 0"), std::string::npos);
   EXPECT_NE(with("without.hands = { speed = 1 }").find("speed"), std::string::npos);
+  EXPECT_NE(with("stiffness = inf").find("expected ≥ 0"), std::string::npos);
   EXPECT_EQ(with("stiffness = 0.5\nwithout.hands = { rod_speed = 0.1 }"), "");
+}
+
+TEST(FallRobot, NamesAJointABodyAndAGraphThatAreNone) {
+  const std::string graph =
+      "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
+      "hands = { points = [\"left_hand\"] }\n";
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = kHead + graph;
+    return complaint(text.replace(text.find(from), from.size(), to));
+  };
+  EXPECT_NE(with("leg_kny", "leg_knyy").find("Did you mean \"leg_kny\"?"), std::string::npos);
+  EXPECT_NE(with("utorso", "utorsoo").find("no body \"utorsoo\". Did you mean \"utorso\"?"),
+            std::string::npos);
+  EXPECT_NE(with("next = [\"hands\"]", "next = []").find("expected a first node"),
+            std::string::npos);
+  // One mistake, one complaint.
+  const std::string once = with("stopper_speed = 3", "stopper_speed = 0");
+  EXPECT_EQ(once.find("stopper_speed"), once.rfind("stopper_speed")) << once;
 }
 
 TEST(FallRobot, GraphsAreThePublishedOnes) {

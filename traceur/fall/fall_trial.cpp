@@ -110,7 +110,7 @@ class Follower {
   control::JointTarget target(const sim::Snapshot& s, const sim::State& pose,
                               const control::JointTarget& before) {
     if (begun_ < 0) {
-      noticed_ = s.time();
+      noticed_ = begun_ = s.time();
       from_ = target_ = before;
       ask(s, pose);
     }
@@ -140,7 +140,9 @@ class Follower {
   }
 
   int phase() const { return made_; }
-  /// All contacts of the plan have been made, or there is no plan.
+  /// There has been no plan yet: the pose is kept.
+  bool waiting() const { return motion_.stages.empty() && motion_.rest.q.size() == 0; }
+  /// All contacts of the plan have been made.
   bool resting() const { return stage_ >= motion_.stages.size(); }
 
   /// Adds what bears the COM from the part it turns about: the rod's force of Eq. 12 as a pair of
@@ -374,6 +376,7 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
   control::StablePd pd = control::defaultController(model);
   const FallTracking& tracking = falls_->tracking;
   const std::vector<sim::JointGain> gains(pd.gains().begin(), pd.gains().end());
+  const double stiffness = body_.setup().quick.stiffness;
   control::JointTarget goal;
   const control::JointTarget held = control::targetOf(*model, stance_);
   const control::JointTarget tuck =
@@ -442,10 +445,14 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
       case Strategy::kPlanned:
         goal = follower->target(s, world.state(), held);
         for (size_t i = 0; i < gains.size(); ++i) {
-          const bool rests = follower->resting();
-          pd.gains()[i] = {
-              gains[i].kp * (rests ? tracking.rest_stiffness : body_.setup().quick.stiffness),
-              gains[i].kd * (rests ? tracking.rest_damping : tracking.damping)};
+          if (follower->waiting()) {
+            pd.gains()[i] = gains[i];
+          } else if (follower->resting()) {
+            pd.gains()[i] = {gains[i].kp * tracking.rest_stiffness.value_or(stiffness),
+                             gains[i].kd * tracking.rest_damping};
+          } else {
+            pd.gains()[i] = {gains[i].kp * stiffness, gains[i].kd * tracking.damping};
+          }
         }
         pd.addTorque(s, goal, tau);
         follower->addSupport(s, tau);

@@ -23,9 +23,9 @@ std::optional<Impact> touch(const FallProblem& problem, const FallState& from, s
                             double theta2, double time, const PendulumState& s) {
   const std::optional<double> r2 = stopperLength(s, theta2);
   if (!r2 || !problem.reach[from.contact][edge].reachable(s.r, *r2, theta2)) return std::nullopt;
-  const double turn = std::abs(
-      std::remainder(theta2 - problem.first_angle[from.contact][edge], 2 * std::numbers::pi));
-  if (turn > time * problem.stopper_speed) return std::nullopt;
+  if (turnOf(problem, from.contact, edge, theta2) > time * problem.stopper_speed) {
+    return std::nullopt;
+  }
   return impact(problem.model, s, theta2);
 }
 

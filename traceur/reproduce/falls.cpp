@@ -50,7 +50,7 @@ std::filesystem::path fallsOf(const std::string& robot) {
   return skill::findRobot(robot, std::filesystem::current_path()).parent_path() / "falls.toml";
 }
 
-/// The engine and, of each robot, a print of its model and of what its falls.toml says.
+/// The engine and, of each robot, a print of its model and of what its files say.
 std::string fallPrints() {
   std::string prints = sim::engineVersion();
   for (const char* robot : {"bioloid-gp", "atlas"}) {
@@ -58,6 +58,7 @@ std::string fallPrints() {
     const fall::FallRobot falls = fall::FallRobot::fromFile(file);
     Hash hash;
     hash.add(readFile(file));
+    hash.add(readFile(skill::findRobot(robot, std::filesystem::current_path())));
     hash.add(sim::Model::fromScene({.robot = falls.robot})->mjcf());
     prints += fmt::format(" {} {:08x}", robot, hash.value() & 0xffffffff);
   }

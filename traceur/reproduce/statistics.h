@@ -10,7 +10,7 @@ namespace traceur::reproduce {
 using Sample = std::vector<double>;
 
 double mean(std::span<const double> values);
-/// The upper one of two.
+/// Of an even number the mean of the two in the middle.
 double median(std::span<const double> values);
 /// The mean without the lowest and the highest ⌊n·share⌋ values.
 double trimmedMean(std::span<const double> values, double share);

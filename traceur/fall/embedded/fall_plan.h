@@ -179,8 +179,9 @@ static inline int fall_reachable(const struct fall_library* l, const struct fall
   return ((const unsigned char*)l + e->reach)[bit / 8] >> (bit % 8) & 1;
 }
 
-/* The contact that is best to make next: written only if the answer is FALL_CONTACT. A fall that
- * nothing stops has contacts too, of a large cost. */
+/* The contact that is best to make next: of meaning only if the answer is FALL_CONTACT. A fall that
+ * nothing stops has contacts too, of a large cost. Whether keeping the pose would cost less is not
+ * asked here. */
 static inline enum fall_answer fall_next(const struct fall_library* l,
                                          const struct fall_state* from, struct fall_contact* best) {
   static const float kPi = 3.14159265f;
