@@ -90,6 +90,7 @@ ContactGraph readGraph(const TomlReader& reader, const sim::Robot& robot) {
   return graph;
 }
 
+/// What a table says of it, within what it may be.
 FallSetup::QuicknessChange readQuickness(const TomlReader& reader) {
   const auto read = [&](const char* key, bool zero, const char* unit) -> std::optional<double> {
     if (!reader.has(key)) return std::nullopt;

@@ -48,6 +48,7 @@ struct FallSetup {
     double stiffness = 1;      ///< factor on the robot's kp
   };
   Quickness quick = {};
+  /// The same, where something is said; nothing: as it was.
   struct QuicknessChange {
     std::optional<double> rod_speed = {}, stopper_speed = {}, stiffness = {};
   };

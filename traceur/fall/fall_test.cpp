@@ -67,6 +67,15 @@ constexpr const char* kHead =
     "push_body = \"utorso\"\nhead = \"head\"\ntuck = \"tuck\"\njoints = [\"leg_kny\"]\n"
     "rod_speed = 0.3\nstopper_speed = 3\n"
     "[[fall]]\nstance = \"two_feet\"\ndirection = \"forward\"\n[fall.graph]\n";
+constexpr const char* kGraph =
+    "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
+    "hands = { points = [\"left_hand\"] }\n";
+
+/// What is said of a file with these lines before a part of it.
+std::string complaintWith(const std::string& lines, const char* before) {
+  std::string text = std::string(kHead) + kGraph;
+  return complaint(text.insert(text.find(before), lines + "\n"));
+}
 
 TEST(FallRobot, NamesWhatAGraphGetsWrong) {
   EXPECT_NE(
@@ -92,11 +101,7 @@ TEST(FallRobot, NamesWhatAGraphGetsWrong) {
 
 TEST(FallRobot, NamesWhatARangeGetsWrong) {
   const auto with = [](const std::string& range) {
-    std::string text = kHead;
-    text.insert(text.find("[[fall]]"), "[ranges]\n" + range + "\n");
-    return complaint(text +
-                     "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
-                     "hands = { points = [\"left_hand\"] }\n");
+    return complaintWith("[ranges]\n" + range, "[[fall]]");
   };
   EXPECT_NE(with("leg_kn = [0, 1]").find("not one of \"joints\". Did you mean \"leg_kny\"?"),
             std::string::npos);
@@ -165,13 +170,7 @@ TEST(FallRobot, IsAsQuickAsIsSaidForTheFallAndForWhatIsLeftOut) {
     EXPECT_EQ(both.quick.stiffness, without.quick.stiffness);
   }
 
-  const auto with = [](const std::string& more) {
-    std::string text = kHead;
-    text.insert(text.find("[fall.graph]"), more + "\n");
-    return complaint(text +
-                     "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
-                     "hands = { points = [\"left_hand\"] }\n");
-  };
+  const auto with = [](const std::string& more) { return complaintWith(more, "[fall.graph]"); };
   EXPECT_NE(with("without.hand = { stiffness = 1 }").find("Did you mean \"hands\"?"),
             std::string::npos);
   EXPECT_NE(with("without.hands = { stopper_speed = 0 }").find("expected > 0"), std::string::npos);
@@ -181,11 +180,8 @@ TEST(FallRobot, IsAsQuickAsIsSaidForTheFallAndForWhatIsLeftOut) {
 }
 
 TEST(FallRobot, NamesAJointABodyAndAGraphThatAreNone) {
-  const std::string graph =
-      "feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
-      "hands = { points = [\"left_hand\"] }\n";
-  const auto with = [&](const std::string& from, const std::string& to) {
-    std::string text = kHead + graph;
+  const auto with = [](const std::string& from, const std::string& to) {
+    std::string text = std::string(kHead) + kGraph;
     return complaint(text.replace(text.find(from), from.size(), to));
   };
   EXPECT_NE(with("leg_kny", "leg_knyy").find("Did you mean \"leg_kny\"?"), std::string::npos);
