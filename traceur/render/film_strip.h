@@ -8,9 +8,7 @@
 namespace traceur::render {
 
 struct FilmStripOptions {
-  /// Which moments [s, the recording's clock]; empty: `count` telling ones, namely start and end,
-  /// apex, touchdown and take-off of each flight, the beginnings of phases as far as there is room,
-  /// and the middles of the longest gaps.
+  /// Which moments [s, the recording's clock]; empty: `count` of tellingTimes().
   std::vector<double> times = {};
   int count = 8;
   bool even = false;       ///< `count` times at equal distances instead of telling ones

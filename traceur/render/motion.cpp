@@ -126,14 +126,26 @@ std::vector<double> tellingTimes(const sim::Model& model, const sim::Recording& 
     moments.push_back(frames[f.end].state.time);
     moments.push_back(frames[f.begin].state.time);
   }
-  for (const PhaseStart& phase : phaseStarts(recording)) moments.push_back(phase.time);
 
   const double nearly = (end - start) / (4.0 * count);
   std::vector<double> times;
+  const auto has_room = [&] { return static_cast<int>(times.size()) < count; };
+  const auto distance = [&](double t) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const double s : times) least = std::min(least, std::abs(s - t));
+    return least;
+  };
   for (const double t : moments) {
-    const bool repeats = std::any_of(times.begin(), times.end(),
-                                     [&](double s) { return std::abs(s - t) <= nearly; });
-    if (static_cast<int>(times.size()) < count && !repeats) times.push_back(t);
+    if (has_room() && distance(t) > nearly) times.push_back(t);
+  }
+  const std::vector<PhaseStart> phases = phaseStarts(recording);
+  while (has_room() && !phases.empty()) {
+    const auto farthest = std::max_element(phases.begin(), phases.end(),
+                                           [&](const PhaseStart& a, const PhaseStart& b) {
+                                             return distance(a.time) < distance(b.time);
+                                           });
+    if (distance(farthest->time) <= nearly) break;
+    times.push_back(farthest->time);
   }
   std::sort(times.begin(), times.end());
   while (static_cast<int>(times.size()) < count && end > start) {

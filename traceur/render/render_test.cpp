@@ -472,6 +472,15 @@ TEST(Motion, TellingTimes) {
     }
   }
   EXPECT_THROW(tellingTimes(*testModel(), r, 0), InputError);
+  // A gait of more phases than pictures is shown to its end.
+  sim::Recording gait = r;
+  for (size_t i = 0; i < gait.frames.size(); ++i) {
+    gait.frames[i].phase = static_cast<int>(i / 4) % 3;
+    gait.frames[i].contacts = r.frames.front().contacts;
+  }
+  const auto steps = tellingTimes(*testModel(), gait, 6);
+  ASSERT_EQ(steps.size(), 6u);
+  for (size_t i = 1; i < steps.size(); ++i) EXPECT_LT(steps[i] - steps[i - 1], 0.3);
   sim::Recording one = r;
   one.frames.resize(1);
   EXPECT_EQ(tellingTimes(*testModel(), one, 8).size(), 1u);
