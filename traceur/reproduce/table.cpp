@@ -276,6 +276,8 @@ Summary summarise(const Results& results) {
       std::vector<double> each;
       for (size_t i = 0; i < drawn.size(); i += 2) {
         each.push_back(center(drawn[i], t.center) / center(drawn[i + 1], t.center));
+        // Of infinite by infinite nothing is known, not even an upper bound.
+        if (std::isnan(each.back())) each.back() = std::numeric_limits<double>::infinity();
       }
       return geometricMean(each);
     };
