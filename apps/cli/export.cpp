@@ -6,6 +6,7 @@
 
 #include "apps/cli/family_run.h"
 #include "apps/cli/search.h"
+#include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/control/expression.h"
 #include "traceur/core/error.h"
@@ -42,7 +43,7 @@ Learned learnedFrom(const RunFile& run, const Arguments& a) {
   }
   if (!run.meta("skill_text")) throw InputError(where + ": not a run of traceur learn");
   Learned l;
-  l.skill = Skill::fromText(required(run, "skill_text"), required(run, "skill_file"));
+  l.skill = skillOf(run);
   l.task = std::stod(required(run, "task"));
   if (a.task && *a.task != l.task) {
     throw InputError(fmt::format("--task {}: {} was learned for {} {} alone", *a.task, where,
@@ -167,6 +168,16 @@ int exportRun(const Arguments& a) {
   if (every < 1) {
     throw InputError(
         fmt::format("--period {} s: expected at least the skill's time step, {} s", a.period, dt));
+  }
+  if (std::abs(every * dt - a.period) > 1e-9 * a.period) {
+    const int fewer = std::max(1, static_cast<int>(a.period / dt));
+    throw InputError(
+        fmt::format("--period {} s: expected a multiple of the skill's time step, {} s, such as "
+                    "{:g} or {:g}",
+                    a.period, dt, fewer * dt, (fewer + 1) * dt));
+  }
+  if (!a.out.empty() && !std::filesystem::path(a.out).has_filename()) {
+    throw InputError(fmt::format("--out {}: expected a name to begin the files' with", a.out));
   }
   std::string csv = fmt::format(
       "# targets of {}, {} {:g} {}, every {:g} s; feedback as in simulation\n"

@@ -6,6 +6,7 @@
 
 #include "apps/cli/arguments.h"
 #include "apps/cli/search.h"
+#include "apps/cli/trained.h"
 #include "traceur/core/error.h"
 #include "traceur/skill/skill_problem.h"
 
@@ -52,14 +53,14 @@ FamilyRun readFamily(const RunFile& run) {
   const std::string where = run.path().string();
   if (tasks.empty() || !run.meta("skill_text")) {
     throw InputError(
-        fmt::format("{}: not a family; learn one with traceur learn SKILL --tasks "
+        fmt::format("{}: not a family of a skill; learn one with traceur learn SKILL --tasks "
                     "FIRST:LAST:COUNT",
                     where));
   }
   if (!text) throw InputError(fmt::format("{}: no curve has been run yet", where));
   FamilyRun f;
   f.tasks = toTasks(tasks, where + ": tasks");
-  f.skill = skill::Skill::fromText(required(run, "skill_text"), required(run, "skill_file"));
+  f.skill = skillOf(run);
   const skill::SkillProblem problem(f.skill, f.tasks);
   bool folded = false;
   try {

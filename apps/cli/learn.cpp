@@ -23,6 +23,7 @@ using skill::Skill;
 struct Arguments {
   LearnOptions options;
   std::optional<double> task;
+  std::optional<std::string> tasks;
   std::string out;
   int threads = 0;
   bool resume = false;
@@ -138,10 +139,15 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
   const Eigen::VectorXd tasks = toTasks(o.tasks, "--tasks");
   requireInRange(*skill, tasks[0], "--tasks");
   requireInRange(*skill, tasks[tasks.size() - 1], "--tasks");
+  const int control_points = o.curve == "cubic" ? 4 : 2;
+  if (control_points > tasks.size()) {
+    throw InputError(fmt::format("--curve {}: expected at least {} tasks, got {}", o.curve,
+                                 control_points, tasks.size()));
+  }
   const skill::SkillProblem problem(skill, tasks);
   const auto optimiser = optim::findFamilyOptimizer(o.optimiser)
                              .make(problem, {.seed = o.seed,
-                                             .control_points = o.curve == "cubic" ? 4 : 2,
+                                             .control_points = control_points,
                                              .lambda = o.population,
                                              .sigma = o.step_size,
                                              .x0 = skill->initialParameters()});
@@ -163,8 +169,9 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
   }
   if (family) return kDone;
   fmt::print(stderr,
-             "traceur: the budget ended before a curve could be run; --budget {} was given\n",
-             o.budget);
+             "traceur: {} trials are too few to run one whole curve of {} tasks: --resume with a "
+             "larger --budget goes on\n",
+             o.budget, tasks.size());
   return kFailed;
 }
 
@@ -173,11 +180,14 @@ int learn(const Arguments& arguments) {
   LearnOptions& o = a.options;
   Interrupt interrupt;  // before any other thread
   const std::shared_ptr<const Skill> skill = Skill::fromFile(o.skill_file);
-  const bool family = !o.tasks.empty();
+  const bool family = a.tasks.has_value();
+  o.tasks = a.tasks.value_or("");
   if (family && !o.experience.empty()) {
     throw InputError("--experience: families do not learn from violated constraints");
   }
   if (family && a.task) throw InputError("--task is for one task, --tasks for a family");
+  if (!family && !o.curve.empty()) throw InputError("--curve is for a family: expected --tasks");
+  if (family && o.curve.empty()) o.curve = "linear";
   if (o.optimiser.empty()) o.optimiser = family ? "contextual" : "cma-es";
   if (o.population < 0) o.population = family ? 0 : kPopulation;
   if (family) return learnFamily(a, skill, interrupt);
@@ -227,11 +237,10 @@ void addLearn(CLI::App& program, int& exit_code) {
   verb->add_option("--task", a->task,
                    "What to ask for, in the skill's own unit; default: the file's");
   verb->add_option(
-      "--tasks", o.tasks,
+      "--tasks", a->tasks,
       "FIRST:LAST:COUNT: learn a family, one curve of parameters for a range of tasks");
-  verb->add_option("--curve", o.curve, "Of a family: linear or cubic")
-      ->check(CLI::IsMember({"linear", "cubic"}))
-      ->capture_default_str();
+  verb->add_option("--curve", o.curve, "Of a family: linear (default) or cubic")
+      ->check(CLI::IsMember({"linear", "cubic"}));
   verb->add_option("--seed", o.seed, "Equal seeds give equal runs")->capture_default_str();
   verb->add_option("--budget", o.budget, "Trials in all; the last generation is finished")
       ->check(CLI::Range(1, 100'000'000))
@@ -251,7 +260,9 @@ void addLearn(CLI::App& program, int& exit_code) {
                    "A run file whose failures teach the optimiser cma-c where not to try");
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
-  verb->add_option("--out", a->out, "Run file; default: runs/SKILL-TASK-seedN.run");
+  verb->add_option(
+      "--out", a->out,
+      "Run file; default: runs/SKILL-TASK-seedN.run, of a family runs/SKILL-family-seedN.run");
   verb->add_flag("--resume", a->resume, "Go on with the run file if it is there");
   verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
   verb->add_flag("--json", a->json, "Print one JSON object at the end");

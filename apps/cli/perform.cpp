@@ -6,14 +6,17 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/family_run.h"
 #include "apps/cli/perturb.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/text.h"
 #include "traceur/core/thread_pool.h"
 #include "traceur/render/figure.h"
 #include "traceur/render/film_strip.h"
+#include "traceur/reproduce/statistics.h"
 #include "traceur/skill/rollout.h"
 
 namespace traceur::cli {
@@ -23,7 +26,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::string run;
-  std::vector<double> tasks;
+  std::optional<std::string> tasks;
   int sweep = 0;
   bool perturb = false;
   std::uint64_t seed = 1;
@@ -41,6 +44,10 @@ struct Performance {
   double error() const { return rollout.achieved - task; }
 };
 
+nlohmann::ordered_json numberOrNull(double x) {
+  return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x);
+}
+
 nlohmann::ordered_json toJson(const Performance& p) {
   return {{"task", p.task},           {"achieved", p.rollout.achieved},
           {"error", p.error()},       {"failed", p.rollout.failed()},
@@ -54,22 +61,28 @@ int performTasks(const Arguments& a, const FamilyRun& f) {
   std::vector<render::Image> strips;
   skill::Runner runner(f.skill);
   bool failed = false;
-  for (const double task : a.tasks) {
+  const std::vector<std::string> tasks = split(*a.tasks, ',');
+  if (tasks.empty()) throw InputError("--task: expected a number, got none");
+  std::string name = "-perform";
+  for (const std::string& text : tasks) {
+    const double task = toNumber(text, "--task");
+    name += fmt::format("-{:g}", task);
     sim::Recording recording;
     const Performance p{task, runner.run(f.at(task), task, &recording)};
     failed = failed || p.rollout.failed();
     j["performed"].push_back(toJson(p));
-    if (!a.json) {
+    const std::string fails = p.rollout.failed() ? " (fails: " + p.rollout.ended + ")" : "";
+    if (!a.json && t.achieved.empty()) {
+      fmt::print("{}: {} {:.4g} {} asked, cost {:.3g}{}\n", f.skill->name, t.name, task, t.unit,
+                 p.rollout.cost, fails);
+    } else if (!a.json) {
       fmt::print("{}: {} {:.4g} {}, asked {:.4g} {}, error {:.2g} {}{}\n", f.skill->name, t.name,
-                 p.rollout.achieved, t.unit, task, t.unit, p.error(), t.unit,
-                 p.rollout.failed() ? " (fails: " + p.rollout.ended + ")" : "");
+                 p.rollout.achieved, t.unit, task, t.unit, p.error(), t.unit, fails);
     }
     if (a.no_picture) continue;
     strips.push_back(render::filmStrip(recording, {.count = a.count, .columns = a.count}));
   }
   if (!strips.empty()) {
-    std::string name = "-perform";
-    for (const double task : a.tasks) name += fmt::format("-{:g}", task);
     const fs::path picture = beside(a.run, name + ".png");
     render::writePng(render::tile(strips, 1, 4), picture);
     j["picture"] = picture.string();
@@ -102,7 +115,7 @@ int sweep(const Arguments& a, const FamilyRun& f) {
   for (const Performance& p : all) {
     csv += fmt::format("{},{},{},{},{},{}\n", p.task, p.rollout.achieved, p.error(), p.rollout.cost,
                        p.rollout.failed() ? 1 : 0, p.rollout.ended);
-    if (!std::isnan(p.error())) errors.push_back(std::abs(p.error()));
+    if (!p.rollout.failed() && !std::isnan(p.error())) errors.push_back(std::abs(p.error()));
     fails += p.rollout.failed();
     line.x.push_back(p.task);
     line.y.push_back(p.error());
@@ -110,10 +123,8 @@ int sweep(const Arguments& a, const FamilyRun& f) {
     bad.x.push_back(p.task);
     bad.y.push_back(p.error());
   }
-  if (errors.empty())
-    throw InputError(f.skill->name + ": no trial achieved anything that is a number");
-  std::sort(errors.begin(), errors.end());
-  const double median = errors[errors.size() / 2];
+  const double median = errors.empty() ? NAN : reproduce::median(errors);
+  const double largest = errors.empty() ? NAN : *std::max_element(errors.begin(), errors.end());
   const fs::path table = beside(a.run, "-sweep.csv");
   PendingFile file(table);
   file.write(csv);
@@ -121,8 +132,8 @@ int sweep(const Arguments& a, const FamilyRun& f) {
   const fs::path picture = beside(a.run, "-sweep.png");
   if (!a.no_picture) {
     render::Panel panel;
-    panel.title = fmt::format("{}, {} tasks: median |error| {:.2g} {}, {} failed", f.skill->name,
-                              a.sweep, median, t.unit, fails);
+    panel.title = fmt::format("{}, {} tasks: {} failed, of the others median |error| {:.2g} {}",
+                              f.skill->name, a.sweep, fails, median, t.unit);
     panel.xlabel = fmt::format("{} asked [{}]", t.name, t.unit);
     panel.ylabel = fmt::format("error [{}]", t.unit);
     panel.series.push_back(line);
@@ -134,15 +145,16 @@ int sweep(const Arguments& a, const FamilyRun& f) {
   }
   if (a.json) {
     nlohmann::ordered_json j{{"tasks", a.sweep},
-                             {"median_error", median},
-                             {"max_error", errors.back()},
                              {"failed", fails},
+                             {"median_error", numberOrNull(median)},
+                             {"max_error", numberOrNull(largest)},
                              {"csv", table.string()}};
+    if (!a.no_picture) j["picture"] = picture.string();
     fmt::print("{}\n", j.dump(2));
   } else {
-    fmt::print("{}: {} tasks, |error| median {:.3g} {}, largest {:.3g} {}, {} failed\n{}\n",
-               f.skill->name, a.sweep, median, t.unit, errors.back(), t.unit, fails,
-               table.string());
+    fmt::print(
+        "{}: {} tasks, {} failed; |error| of the others: median {:.3g} {}, largest {:.3g} {}\n{}\n",
+        f.skill->name, a.sweep, fails, median, t.unit, largest, t.unit, table.string());
     if (!a.no_picture) fmt::print("{}\n", picture.string());
   }
   return fails > 0 ? kFailed : kDone;
@@ -159,7 +171,7 @@ int perform(const Arguments& a) {
                        .json = a.json});
   }
   if (a.sweep > 0) return sweep(a, f);
-  if (a.tasks.empty()) throw InputError("expected --task or --sweep");
+  if (!a.tasks) throw InputError("expected --task or --sweep");
   return performTasks(a, f);
 }
 
@@ -172,8 +184,7 @@ void addPerform(CLI::App& program, int& exit_code) {
   verb->add_option("RUN", a->run, "Run file of traceur learn --tasks")->required();
   auto* task = verb->add_option("--task", a->tasks,
                                 "What to ask for, in the skill's own unit; several, comma "
-                                "separated, are drawn under each other")
-                   ->delimiter(',');
+                                "separated, are drawn under each other");
   auto* sweep = verb->add_option("--sweep", a->sweep,
                                  "So many tasks, evenly over the range: a CSV and a figure")
                     ->check(CLI::Range(2, 100'000))
@@ -199,7 +210,8 @@ void addPerform(CLI::App& program, int& exit_code) {
       "  traceur perform runs/jump-family-seed1.run --task 0.03,0.055,0.08\n"
       "  traceur perform runs/jump-family-seed1.run --sweep 51\n"
       "  traceur perform runs/jump-family-seed1.run --sweep 11 --perturb\n"
-      "Exit code: 0 done, 1 a performance failed (but for --perturb), 2 wrong use.");
+      "Exit code: 0 done, 1 a performance failed (but for --perturb) or a file cannot be written, "
+      "2 wrong use.");
   verb->callback([a, &exit_code] { exit_code = perform(*a); });
 }
 

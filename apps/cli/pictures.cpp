@@ -3,11 +3,13 @@
 
 #include <filesystem>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
+#include "traceur/core/text.h"
 #include "traceur/render/film_strip.h"
 #include "traceur/render/standard_figures.h"
 #include "traceur/render/video.h"
@@ -95,7 +97,20 @@ int renderRun(const RenderArguments& a) {
   return kDone;
 }
 
+/// Of the best curve, not of single trials: each is for all tasks and suits few.
+/// @param costs  as search() writes them: "64:0.31 96:0.12"
+render::CostHistory familyHistory(const std::string& costs) {
+  render::CostHistory history;
+  for (const std::string& point : split(costs, ' ')) {
+    const size_t colon = point.find(':');
+    history.evaluations.push_back(toNumber(point.substr(0, colon), "family_costs"));
+    history.best.push_back(toNumber(point.substr(colon + 1), "family_costs"));
+  }
+  return history;
+}
+
 render::CostHistory historyOf(const RunFile& run) {
+  if (const auto costs = run.meta("family_costs")) return familyHistory(*costs);
   std::vector<render::CostTrial> trials;
   for (const TrialRow& row : run.trials()) {
     trials.push_back({row.cost, !row.violated.empty(), row.failed});
@@ -113,7 +128,11 @@ struct PlotArguments {
 int plotRun(const PlotArguments& a) {
   const RunFile run = RunFile::open(a.run, false);
   std::vector<std::string> what = a.what;
-  if (what.empty()) what = {"cost", "joints", "com", "contacts"};
+  const bool motion = run.recording("best").has_value();
+  if (what.empty()) {
+    what = motion ? std::vector<std::string>{"cost", "joints", "com", "contacts"}
+                  : std::vector<std::string>{"cost"};  // numbers, or a family
+  }
   if (!a.out.empty() && what.size() != 1) {
     throw InputError("--out FILE: needs one figure, chosen by --what");
   }
@@ -171,7 +190,8 @@ void addPlot(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand(
       "plot", "Figures of a run: cost, joint angles, centre of mass, contact forces.");
   verb->add_option("RUN", a->run, "Run file")->required();
-  verb->add_option("--what", a->what, "cost, joints, com, contacts; default: all")
+  verb->add_option("--what", a->what,
+                   "cost, joints, com, contacts; default: all, of a family its cost")
       ->delimiter(',')
       ->check(CLI::IsMember({"cost", "joints", "com", "contacts"}));
   verb->add_option("--format", a->format, "png or svg")

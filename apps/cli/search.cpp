@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-
+#include <limits>
 #include <utility>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/family_run.h"
 #include "apps/cli/progress.h"
 #include "traceur/core/error.h"
@@ -102,6 +103,12 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
   options.target = o.target;
   options.stop = o.stop;
   bool forgot = false;
+  // How the best curve's cost fell: "trials:cost trials:cost …".
+  std::string family_costs = run.meta("family_costs").value_or("");
+  double family_cost = family_costs.empty()
+                           ? std::numeric_limits<double>::infinity()
+                           : toNumber(family_costs.substr(family_costs.rfind(':') + 1),
+                                      run.path().string() + ": family_costs");
   options.on_generation = [&](const optim::Generation& g) {
     // What was found before is no longer the outcome.
     if (!std::exchange(forgot, true)) run.forget({"best"}, outcomeKeys());
@@ -109,6 +116,12 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
     const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(&g.optimizer);
     const std::optional<optim::Family> best = family ? family->best() : std::nullopt;
     if (best) progress["family"] = toText(*best);
+    if (best && best->cost < family_cost) {
+      family_cost = best->cost;
+      family_costs += fmt::format("{}{}:{}", family_costs.empty() ? "" : " ",
+                                  g.progress.evaluations, family_cost);
+      progress["family_costs"] = family_costs;
+    }
     run.appendGeneration(g.progress.generation - 1,
                          rowsOf(g.trials, g.progress.generation - 1, constraints),
                          g.optimizer.save(), progress);

@@ -28,12 +28,21 @@ RunFile::Meta toMeta(const LearnOptions& o, const skill::Skill& skill) {
           {"seed", fmt::format("{}", o.seed)},
           {"budget", fmt::format("{}", o.budget)},
           {"tasks", o.tasks},
-          {"curve", o.tasks.empty() ? "" : o.curve},
+          {"curve", o.curve},
           {"optimiser", o.optimiser},
           {"experience", o.experience},
           {"constraints", join(constraints)},
           {"population", fmt::format("{}", o.population)},
           {"step_size", fmt::format("{}", o.step_size)}};
+}
+
+std::shared_ptr<const skill::Skill> skillOf(const RunFile& run) {
+  const std::string file = required(run, "skill_file");
+  auto skill = skill::Skill::fromText(required(run, "skill_text"), file);
+  if (skill->model->mjcf() == required(run, "model")) return skill;
+  throw InputError(fmt::format(
+      "{}: learned with another robot: the {} found from {} has changed since", run.path().string(),
+      skill->model->robot() ? skill->model->robot()->name : "one", file));
 }
 
 sim::Recording bestRecording(const RunFile& run) {

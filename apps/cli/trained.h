@@ -18,8 +18,8 @@ inline constexpr int kPopulation = 16;
 struct LearnOptions {
   std::string skill_file;
   double task = 0;
-  std::string tasks;             ///< "FIRST:LAST:COUNT": a family is learned; "" for one task
-  std::string curve = "linear";  ///< of a family: "linear" or "cubic"
+  std::string tasks;  ///< "FIRST:LAST:COUNT": a family is learned; "" for one task
+  std::string curve;  ///< of a family: "linear" or "cubic"
   std::uint64_t seed = 1;
   int budget = 2000;
   std::string optimiser;   ///< "": cma-es, of a family contextual
@@ -29,6 +29,10 @@ struct LearnOptions {
 };
 
 RunFile::Meta toMeta(const LearnOptions& options, const skill::Skill& skill);
+
+/// The skill a run has practised, on the robot it has practised with.
+/// @throws InputError when the robot is not found, or has changed since
+std::shared_ptr<const skill::Skill> skillOf(const RunFile& run);
 
 /// The best trial's recording.
 /// @throws InputError when the run was cut off before it had one

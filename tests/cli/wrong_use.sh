@@ -91,9 +91,30 @@ expect 2 '[0, 1]' -- learn "$nod" --tasks 0:2:3 --out "$dir/k.run"
 expect 2 'contextual' -- learn "$nod" --tasks 0:1:3 --optimiser cma-es --out "$dir/k.run"
 expect 2 'for a family' -- learn "$nod" --tasks 0:1:3 --task 0.5 --out "$dir/k.run"
 "$traceur" learn "$nod" --tasks 0:1:3 --budget 200 --out "$dir/k.run" --quiet || failures=$((failures + 1))
+expect 2 'expected FIRST:LAST:COUNT, got ""' -- learn "$nod" --tasks "" --out "$dir/none.run"
+expect 2 'expected --tasks' -- learn "$nod" --curve cubic --out "$dir/none.run"
+expect 2 'at least 4 tasks, got 3' -- learn "$nod" --tasks 0:1:3 --curve cubic --out "$dir/none.run"
+expect 2 'individual' 'cubic' -- learn "$nod" --tasks 0:1:4 --curve cubic --optimiser individual --out "$dir/none.run"
+expect 1 'too few' '--budget' -- learn "$nod" --tasks 0:1:6 --budget 20 --out "$dir/few.run"
 expect 2 'another tasks' -- learn "$nod" --tasks 0:1:4 --budget 200 --out "$dir/k.run" --resume
 expect 2 'learned for 0 to 1' -- perform "$dir/k.run" --task 1.5
 expect 2 'expected --task or --sweep' -- perform "$dir/k.run"
+expect 2 'is not a number' -- perform "$dir/k.run" --task 0.1,,0.2 --no-picture
+expect 2 'expected a number, got none' -- perform "$dir/k.run" --task ""
+mkdir -p "$dir/other/models" "$dir/other/sub"
+cp -r models/bioloid-gp "$dir/other/models/"
+sed -i 's/mass_scale = .*/mass_scale = 2.2/' "$dir/other/models/bioloid-gp/robot.toml"
+cp "$dir/k.run" "$dir/other/sub/"
+( traceur=$(realpath "$traceur"); cd "$dir/other/sub"
+  expect 2 'learned with another robot' -- perform k.run --task 0.5 --no-picture
+  expect 2 'learned with another robot' -- export k.run --task 0.5
+  exit "$failures" ) || failures=$((failures + 1))
+name=$(basename "$nod")
+(program=$(realpath "$traceur"); TRACEUR_DATA=$PWD; export TRACEUR_DATA; cd tests/cli &&
+  "$program" learn "$name" --budget 16 --out "$dir/named.run" --quiet) ||
+  { echo "learn: not a file named without its folder"; failures=$((failures + 1)); }
+"$traceur" plot "$dir/k.run" >/dev/null && [ -s "$dir/k-cost.png" ] && [ ! -e "$dir/k-joints.png" ] ||
+  { echo "plot: not a family's cost"; failures=$((failures + 1)); }
 expect 2 'not a family' -- perform "$dir/b.run" --task 0.5
 "$traceur" perform "$dir/k.run" --task 0.2,0.4 --json --no-picture |
   python3 -c 'import json, sys; d = json.load(sys.stdin)["performed"]; sys.exit(not (len(d) == 2 and all(abs(p["error"]) < 0.2 for p in d)))' ||
@@ -107,6 +128,8 @@ expect 2 '--perturb requires --sweep' -- perform "$dir/k.run" --perturb
 expect 2 'a family: expected --task' -- export "$dir/k.run"
 expect 2 'learned for 0 to 1' -- export "$dir/k.run" --task 2
 expect 2 'was learned for' -- export "$dir/b.run" --task 0.77
+expect 2 'multiple' '0.01' -- export "$dir/k.run" --task 0.4 --period 0.0123456
+expect 2 "--out $dir/" -- export "$dir/k.run" --task 0.4 --out "$dir/"
 expect 2 'time step' -- export "$dir/k.run" --task 0.4 --period 0.0001
 [ ! -e "$dir/k-0.4-targets.csv" ] || { echo "export: left a file after a mistake"; failures=$((failures + 1)); }
 "$traceur" export "$dir/k.run" --task 0.4 >/dev/null && [ "$(wc -l <"$dir/k-0.4-targets.csv")" -eq 12 ] &&

@@ -484,6 +484,14 @@ CmaEsOptions cmaOptionsOf(const Problem& problem, const FamilyOptions& options) 
   return o;
 }
 
+void requireLines(const FamilyOptions& options) {
+  if (options.control_points == 2) return;
+  throw InputError(
+      fmt::format("individual and neighbours join the tasks by straight lines: a curve of {} "
+                  "control points, such as a cubic one, is not theirs",
+                  options.control_points));
+}
+
 }  // namespace
 
 std::unique_ptr<FamilyOptimizer> makePhiCma(const Problem& problem, const FamilyOptions& options) {
@@ -493,6 +501,7 @@ std::unique_ptr<FamilyOptimizer> makePhiCma(const Problem& problem, const Family
 
 std::unique_ptr<FamilyOptimizer> makeIndividualCma(const Problem& problem,
                                                    const FamilyOptions& options) {
+  requireLines(options);
   IndividualCmaOptions o;
   o.tasks = problem.tasks();
   o.cma = cmaOptionsOf(problem, options);
@@ -501,6 +510,7 @@ std::unique_ptr<FamilyOptimizer> makeIndividualCma(const Problem& problem,
 
 std::unique_ptr<FamilyOptimizer> makeNeighbourCma(const Problem& problem,
                                                   const FamilyOptions& options) {
+  requireLines(options);
   IndividualCmaOptions o;
   o.tasks = problem.tasks();
   o.cma = cmaOptionsOf(problem, options);

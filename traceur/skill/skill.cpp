@@ -30,7 +30,9 @@ namespace fs = std::filesystem;
 
 std::vector<fs::path> modelFolders(const fs::path& beside) {
   std::vector<fs::path> folders;
-  for (fs::path dir = fs::absolute(beside); dir.has_relative_path(); dir = dir.parent_path()) {
+  // "jump.toml" lies beside nothing: in the working folder.
+  for (fs::path dir = fs::absolute(beside.empty() ? "." : beside).lexically_normal();
+       dir.has_relative_path(); dir = dir.parent_path()) {
     folders.push_back(dir / "models");
   }
   if (const char* data = std::getenv("TRACEUR_DATA")) folders.push_back(fs::path(data) / "models");
