@@ -7,7 +7,7 @@
 
 #include "apps/cli/search.h"
 #include "traceur/sim/recording.h"
-#include "traceur/skill/skill.h"
+#include "traceur/skill/skill_problem.h"
 
 namespace traceur::cli {
 
@@ -25,7 +25,7 @@ struct LearnOptions {
   std::string optimiser;   ///< "": cma-es, of a family contextual
   std::string experience;  ///< a run file whose failures teach the optimiser; "" for none
   int population = -1;  ///< trials per generation; -1: kPopulation, of a family the optimiser's own
-  double step_size = 0.2;  ///< first standard deviation, as a fraction of each range [ours]
+  double step_size = skill::kStepSize;
 };
 
 RunFile::Meta toMeta(const LearnOptions& options, const skill::Skill& skill);

@@ -9,6 +9,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
+#include "traceur/optim/cma_constants.h"
 #include "traceur/optim/state.h"
 
 namespace traceur::optim {
@@ -16,8 +17,6 @@ namespace {
 
 constexpr std::string_view kKind = "cma-c";
 constexpr std::uint64_t kStateVersion = 1;
-/// Random stream of fresh starts.
-constexpr std::uint64_t kDescentStream = 0x64657363656e74;  // "descent"
 /// Trials remembered at most, the latest: more would only slow training and swell the state [ours].
 constexpr size_t kMostKnown = 4000;
 /// Weight of the latest trial in ClassifierReport::agreement [ours].

@@ -22,18 +22,8 @@ constexpr std::uint64_t kStateVersion = 2;
 
 /// Generations beyond which stagnation no longer looks further back [Hansen2016, App. B.3].
 constexpr std::uint64_t kLongestStagnation = 20000;
-/// Largest standard deviation as a fraction of the distance between two bounds, as pycma's
-/// maxstd_boundrange. A uniform distribution over the box has 0.29.
-constexpr double kWidestStep = 1.0 / 3;
-/// Of a failed trial's negative weight [ours]. 1 learns faster along a cliff beyond which all
-/// fails, 0 when failures are blind chance. Median trials of 51 seeds with 1, ½, 0: the 10-D
-/// ellipsoid under 50 % of random failures 19140, 14610, 13500; a slope that ends in a cliff, 5-D,
-/// 1096, 1184, 1448.
-constexpr double kWeightOfFailure = 0.5;
 /// Eigenvalues below this fraction of the largest are noise of rounding; they are raised to it.
 constexpr double kSmallestEigenvalue = kEpsilon;
-/// A typing error rather than a population.
-constexpr int kMaxLambda = 1'000'000;
 
 template <typename... Args>
 [[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {

@@ -11,6 +11,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/optim/cma_constants.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
 #include "traceur/optim/task_positions.h"
@@ -19,20 +20,15 @@ namespace traceur::optim {
 namespace {
 
 constexpr std::string_view kKind = "contextual";
-constexpr std::uint64_t kStateVersion = 2;
+constexpr std::uint64_t kStateVersion = 3;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
 /// is as fast on the unimodal ones and far surer on the others].
 constexpr int kDefaultLambda = 32;
-constexpr int kMaxLambda = 1'000'000;
 /// Tasks that a generation draws samples for, a share of λ: with few samples each, ranks
 /// say little once the tasks have moved apart. Of more tasks, one of each stretch [ours].
 constexpr double kTasksPerSample = 3.0 / 16;
-/// Largest standard deviation as a fraction of the distance between two bounds, as CmaEs.
-constexpr double kWidestStep = 1.0 / 3;
-/// Of a failed trial's negative weight, as CmaEs.
-constexpr double kWeightOfFailure = 0.5;
 /// Eigenvalues below this fraction of the largest are noise of rounding; they are raised to it.
 constexpr double kSmallestEigenvalue = 1e-14;
 /// σ·√(largest eigenvalue of C)/σ₀ beyond which the search runs away, as CmaEs.
@@ -83,6 +79,9 @@ ContextualCmaOptions complete(ContextualCmaOptions o) {
   if (o.stagnation_curves < 1) {
     refuse("expected stagnation_curves ≥ 1, or 0 for the default, got {}", o.stagnation_curves);
   }
+  if (o.elite_generations < 0) {
+    refuse("expected elite_generations ≥ 0, got {}", o.elite_generations);
+  }
   if (!(o.tolstagnation >= 0)) refuse("expected tolstagnation ≥ 0, got {}", o.tolstagnation);
   if (!(o.tolx >= 0)) refuse("expected tolx ≥ 0, got {}", o.tolx);
   if (o.max_restarts < 0) refuse("expected max_restarts ≥ 0, got {}", o.max_restarts);
@@ -111,6 +110,7 @@ void ContextualCma::beginRun() {
   ContextualCmaState& s = state_;
   s.updates = s.samples = s.curves = 0;
   s.costs.clear();
+  s.elites.clear();
   s.sigma = options_.sigma;
   s.C = MatrixXd::Identity(n, n);
   s.p_sigma = MatrixXd::Zero(n, K);
@@ -217,7 +217,10 @@ void ContextualCma::update() {
     costs.col(k) = Eigen::Map<const VectorXd>(told_[k]->data(), M);
     anything = anything || !costs.col(k).array().isNaN().all();
   }
-  if (anything) adapt(costs);
+  if (anything) {
+    adapt(costs);
+    keepElites(costs);
+  }
   ++state_.generation;
   state_.trials += told_.size();
   state_.samples += state_.lambda;
@@ -244,24 +247,46 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   const int n = dimension();
   const int M = static_cast<int>(anchors_.size());
   const int K = options_.control_points;
-  const int lambda = s.lambda;
   const MatrixXd& B = eigen_.vectors();
   const MatrixXd Phi = Phi_(Eigen::all, anchors_);
-  const MatrixXd costs = all_costs(anchors_, Eigen::all);
+  const auto squared_lengths = [&](const MatrixXd& x, int i) {  // ‖C^(-1/2)(x_k - m_i)/σ‖²
+    const MatrixXd y = D_.cwiseInverse().asDiagonal() *
+                       (B.transpose() * (x.colwise() - s.A * Phi.col(i))) / s.sigma;
+    return Eigen::RowVectorXd(y.colwise().squaredNorm());
+  };
+
+  // The samples, and behind them each task's elite.
+  const double farthest = std::sqrt(n) + 2.0 * n / (n + 2);
+  std::vector<std::pair<const ContextualCmaState::Elite*, int>> elites;  // whose: of anchors_
+  for (int i = 0; i < M; ++i) {
+    const ContextualCmaState::Elite* best = nullptr;
+    for (const auto& e : s.elites) {
+      const double cost = e.costs[anchors_[i]];
+      if (!std::isnan(cost) && (!best || cost < best->costs[anchors_[i]])) best = &e;
+    }
+    if (best && squared_lengths(best->x, i)[0] <= farthest * farthest) elites.push_back({best, i});
+  }
+  const int lambda = s.lambda + static_cast<int>(elites.size());
+  MatrixXd X(n, lambda);
+  MatrixXd costs(M, lambda);
+  X.leftCols(s.lambda) = X_;
+  costs.leftCols(s.lambda) = all_costs(anchors_, Eigen::all);
+  for (int k = s.lambda; k < lambda; ++k) {
+    const ContextualCmaState::Elite& e = *elites[k - s.lambda].first;
+    X.col(k) = e.x;
+    costs.col(k) = Eigen::Map<const VectorXd>(e.costs.data(), tasks())(anchors_);
+  }
 
   // Importance of each sample for each task, and its distance in units of the distribution.
-  MatrixXd squared(M, lambda);  // ‖C^(-1/2)(x_k - m_i)/σ‖²
-  for (int i = 0; i < M; ++i) {
-    const MatrixXd y = D_.cwiseInverse().asDiagonal() *
-                       (B.transpose() * (X_.colwise() - s.A * Phi.col(i))) / s.sigma;
-    squared.row(i) = y.colwise().squaredNorm();
-  }
-  MatrixXd r(M, lambda);
-  for (int k = 0; k < lambda; ++k) {
+  MatrixXd squared(M, lambda);
+  for (int i = 0; i < M; ++i) squared.row(i) = squared_lengths(X, i);
+  MatrixXd r = MatrixXd::Zero(M, lambda);
+  for (int k = 0; k < s.lambda; ++k) {
     const double nearest = squared.col(k).minCoeff();
     r.col(k) = (-(squared.col(k).array() - nearest) / 2).exp();
     r.col(k) /= r.col(k).mean();
   }
+  for (int k = s.lambda; k < lambda; ++k) r(elites[k - s.lambda].second, k) = 1;
 
   MatrixXd W = MatrixXd::Zero(M, lambda);         // positive weights, rows sum to 1
   MatrixXd negative = MatrixXd::Zero(M, lambda);  // rows sum to -1
@@ -308,7 +333,7 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   for (int i = 0; i < M; ++i) {
     if (!(heard[i] > 0)) continue;
     const VectorXd m = s.A * Phi.col(i);
-    moved += heard[i] * (X_ * W.row(i).transpose() - m) * Phi.col(i).transpose();
+    moved += heard[i] * (X * W.row(i).transpose() - m) * Phi.col(i).transpose();
     G += heard[i] * Phi.col(i) * Phi.col(i).transpose();
   }
   G += 1e-8 * G.trace() * MatrixXd::Identity(K, K);
@@ -354,7 +379,7 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   double weight_sum = 0;
   for (int i = 0; i < M; ++i) {
     if (!(heard[i] > 0)) continue;
-    const MatrixXd Y = (X_.colwise() - old_A * Phi.col(i)) / s.sigma;
+    const MatrixXd Y = (X.colwise() - old_A * Phi.col(i)) / s.sigma;
     VectorXd w = W.row(i).transpose();
     for (int k = 0; k < lambda; ++k) {
       const double low = alpha * negative(i, k);
@@ -378,6 +403,27 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
     s.C.row(i) *= widest / now;
     s.C.col(i) *= widest / now;
     s.p_c.row(i) *= widest / now;
+  }
+}
+
+void ContextualCma::keepElites(const MatrixXd& all_costs) {
+  ContextualCmaState& s = state_;
+  std::erase_if(s.elites, [&](const ContextualCmaState::Elite& e) {
+    return e.generation + options_.elite_generations <= s.generation;
+  });
+  if (options_.elite_generations == 0) return;
+  std::vector<int> kept;
+  for (int i = 0; i < tasks(); ++i) {
+    int best = -1;
+    for (int k = 0; k < s.lambda; ++k) {
+      if (std::isnan(all_costs(i, k))) continue;
+      if (best < 0 || all_costs(i, k) < all_costs(i, best)) best = k;
+    }
+    if (best >= 0 && std::find(kept.begin(), kept.end(), best) == kept.end()) kept.push_back(best);
+  }
+  for (const int k : kept) {
+    const auto costs = all_costs.col(k);
+    s.elites.push_back({s.generation, X_.col(k), {costs.begin(), costs.end()}});
   }
 }
 
@@ -447,7 +493,8 @@ std::uint64_t ContextualCma::fingerprint() const {
   for (const VectorXd* v : {&o.tasks, &o.x0, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
   for (const double v : {o.sigma, o.curve_share, o.tolx, o.tolstagnation, o.lambda_factor})
     w.real(v);
-  for (const int v : {o.control_points, o.lambda, o.max_restarts, o.stagnation_curves})
+  for (const int v :
+       {o.control_points, o.lambda, o.max_restarts, o.stagnation_curves, o.elite_generations})
     w.integer(v);
   w.integer(o.seed);
   Hash hash;
@@ -470,6 +517,12 @@ std::string ContextualCma::save() const {
   w.real(s.sigma);
   for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) w.reals(numbers(*m));
   w.reals(s.costs);
+  w.integer(s.elites.size());
+  for (const ContextualCmaState::Elite& e : s.elites) {
+    w.integer(e.generation);
+    w.reals(numbers(e.x));
+    w.reals(e.costs);
+  }
   writeStop(w, s.stop);
   w.integer(best_.has_value());
   if (best_) {
@@ -503,6 +556,14 @@ void ContextualCma::restore(std::string_view text) {
   s.sigma = r.real();
   for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.reals(numbers(*m));
   s.costs = r.reals();
+  s.elites.resize(r.integer());
+  for (ContextualCmaState::Elite& e : s.elites) {
+    e.generation = r.integer();
+    e.x.resize(dimension());
+    r.reals(numbers(e.x));
+    e.costs.resize(tasks());
+    r.reals(e.costs);
+  }
   s.stop = readStop(r);
   std::optional<Family> best;
   if (r.integer() != 0) {

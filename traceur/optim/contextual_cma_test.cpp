@@ -133,6 +133,44 @@ TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) 
   }
 }
 
+TEST(ContextualCma, GoesWhereALuckySampleWas) {
+  // All around fall, a little cheaper the farther from where none would: as jumps that do not land.
+  class Ledge : public Moving {
+   public:
+    Ledge() : Moving(6, 6, false) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      Evaluation e{.cost = 0};
+      const double away = (x.tail(5).array() - 0.25).matrix().norm();
+      const double rest = away < 0.4
+                              ? 0.1 * away * away
+                              : 0.3 + 0.05 * (x.tail(5).array() + 0.25).matrix().squaredNorm();
+      for (int i = 0; i < 6; ++i) {
+        e.task_costs.push_back(std::pow(x[0] - 0.1 * i, 2) + rest);
+        e.cost += e.task_costs.back() / 6;
+      }
+      return e;
+    }
+  };
+  const Ledge problem;
+  const auto reached = [&](int generations) {
+    int count = 0;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      ContextualCma optimizer({.tasks = problem.tasks(),
+                               .x0 = VectorXd::Zero(6),
+                               .sigma = 0.2,
+                               .scale = VectorXd::Constant(6, 2),
+                               .lower = problem.lower(),
+                               .upper = problem.upper(),
+                               .seed = seed,
+                               .elite_generations = generations});
+      count += minimise(problem, optimizer, {.budget = 2500, .target = 1e-3}).end == End::kTarget;
+    }
+    return count;
+  };
+  EXPECT_LE(reached(0), 4);
+  EXPECT_GE(reached(5), 10);
+}
+
 TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
   /// A wide basin with a floor of 1 and a narrow one that leads to 0.
   class Trap : public Moving {

@@ -30,8 +30,8 @@ enum class FitError {
                     ///< Σ_j √(RSS_j/(M-K)) Σ_k √((XᵀX)⁻¹)_kk; 0 for M = K
 };
 
-/// Defaults are what the dissertation's text says, where it says something; table11CurveCma() has
-/// what its table was made with.
+/// Defaults are what the dissertation's text says, where it says something, but for
+/// normalised_steps; table11CurveCma() has what its table was made with.
 struct CurveCmaOptions {
   VectorXd x0;             ///< (n) inside the bounds: the first curve is this point; its size is n
   VectorXd tasks;          ///< (M) Problem::tasks()

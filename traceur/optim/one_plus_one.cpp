@@ -16,12 +16,8 @@ namespace {
 
 constexpr std::string_view kKind = "one-plus-one";
 constexpr std::uint64_t kStateVersion = 1;
-/// Random stream of fresh starts; the stream of trials is their number.
-constexpr std::uint64_t kDescentStream = 0x64657363656e74;  // "descent"
 /// A trial worse than the parent so many successes ago is worth unlearning [Arnold2010].
 constexpr size_t kAncestors = 5;
-/// As in CmaEs: largest standard deviation as a fraction of the distance between two bounds.
-constexpr double kWidestStep = 1.0 / 3;
 
 template <typename... Args>
 [[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {

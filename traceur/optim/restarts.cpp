@@ -8,6 +8,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
+#include "traceur/optim/cma_constants.h"
 #include "traceur/optim/state.h"
 
 namespace traceur::optim {
@@ -15,10 +16,6 @@ namespace {
 
 constexpr std::string_view kKind = "restarts";
 constexpr std::uint64_t kStateVersion = 1;
-/// Random stream of the starts, and of the sizes of small descents.
-constexpr std::uint64_t kDescentStream = 0x64657363656e74;  // "descent"
-/// Beyond this λ no population grows: CMA-ES refuses larger ones.
-constexpr double kMaxLambda = 1'000'000;
 
 template <typename... Args>
 [[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
@@ -89,7 +86,8 @@ void Restarts::endGeneration() {
   if (!s_.small) next.latest_large = used;
   ++next.descents;
   const auto grown = [this](std::uint64_t k) {
-    return std::min(kMaxLambda, std::floor(options_.lambda * std::pow(restarts_.growth, k)));
+    return std::min<double>(kMaxLambda,
+                            std::floor(options_.lambda * std::pow(restarts_.growth, k)));
   };
   // The first descent counts as neither: BIPOP goes on with a large one.
   next.small = restarts_.bipop && s_.grown > 0 && next.used[1] < next.used[0];

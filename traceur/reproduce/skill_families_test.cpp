@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "traceur/skill/skill_problem.h"
+
 namespace traceur::reproduce {
 namespace {
 
@@ -28,11 +30,26 @@ TEST(SkillFamilies, LearnAndKeepTheCurveOfIt) {
           .optimiser = optimiser, .start = start, .budget = 96, .target = 0, .seed = 2};
       const Learning a = learnFamily(skill, tasks, options);
       EXPECT_GE(a.trials, 96);
-      ASSERT_FALSE(a.curve.empty());
-      EXPECT_LE(a.curve.back().y, a.curve.front().y);
-      EXPECT_EQ(a.curve.back().x, a.trials);
-      EXPECT_NEAR(a.curve.back().y, a.family.cost, 1e-3 * a.family.cost);
+      ASSERT_FALSE(a.costs.empty());
+      EXPECT_LE(a.costs.back().y, a.costs.front().y);
+      EXPECT_EQ(a.costs.back().x, a.trials);
+      EXPECT_NEAR(a.costs.back().y, a.family.cost, 1e-3 * a.family.cost);
     }
+  }
+}
+
+/// The optimiser "curve" first runs the point it begins at.
+TEST(SkillFamilies, BeginAsLearnDoesOrInTheMiddleOfTheRanges) {
+  const auto skill = skill::Skill::fromFile("tests/cli/nod.toml");
+  const Eigen::VectorXd tasks = Eigen::VectorXd::LinSpaced(3, 0, 1);
+  const skill::SkillProblem problem(skill, tasks);
+  const Eigen::VectorXd middle = (problem.lower() + problem.upper()) / 2;
+  ASSERT_NE(middle, skill->initialParameters());
+  for (const Start start : {Start::kLearn, Start::kPublished}) {
+    const Learning a = learnFamily(
+        skill, tasks, {.optimiser = "curve", .start = start, .budget = 3, .target = -1, .seed = 1});
+    const Eigen::VectorXd x = start == Start::kLearn ? skill->initialParameters() : middle;
+    EXPECT_NEAR(a.costs.front().y, problem.evaluate(x).cost, 1e-3 * a.costs.front().y);
   }
 }
 

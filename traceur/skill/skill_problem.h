@@ -10,6 +10,10 @@
 
 namespace traceur::skill {
 
+/// The first standard deviation of a search unless told otherwise, as a fraction of each
+/// parameter's range [ours].
+inline constexpr double kStepSize = 0.2;
+
 /// x are the skill's parameters in their own units; the constraints are its failures.
 class SkillProblem : public optim::Problem {
  public:
