@@ -30,9 +30,10 @@ std::string phaseName(const sim::Recording& recording, const sim::Frame& frame);
 
 /// `count` times that show what happens, in order. Taken as long as there is room: start, end, then
 /// for each flight (the robot touches nothing fixed for at least 0.03 s) the apex, the touchdown
-/// and the take-off, the longest flight first, then beginnings of phases, each time the one farthest
+/// and the take-off, the longest flight first, then beginnings of phases, each time the farthest
 /// from what is taken, so that a gait is shown to its end. A moment that nearly repeats another (a
-/// quarter of an even spacing) is left out; what is missing halves the longest gap, again and again.
+/// quarter of an even spacing) is left out; what is missing halves the longest gap, again and
+/// again.
 std::vector<double> tellingTimes(const sim::Model& model, const sim::Recording& recording,
                                  int count);
 
