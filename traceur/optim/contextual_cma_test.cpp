@@ -113,7 +113,10 @@ TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) 
   // where it is right by itself and wrong with the other end.
   class NearBounds : public Moving {
    public:
-    NearBounds() : Moving(6, 6, false) {}
+    explicit NearBounds(bool above) : Moving(6, 6, false), above_(above) {}
+    VectorXd upper() const override {
+      return VectorXd::Constant(6, above_ ? 1 : std::numeric_limits<double>::infinity());
+    }
     Evaluation evaluate(const VectorXd& x) const override {
       Evaluation e{.cost = 0};
       for (int i = 0; i < 6; ++i) {
@@ -124,12 +127,21 @@ TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) 
       }
       return e;
     }
+
+   private:
+    bool above_;
   };
-  const NearBounds problem;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const auto optimizer = made(problem, {.seed = seed});
-    const Summary s = minimise(problem, *optimizer, {.budget = 1500, .target = 1e-3});
-    EXPECT_EQ(s.end, End::kTarget) << seed;
+  for (const bool above : {true, false}) {
+    for (const int control_points : {2, 4}) {
+      const NearBounds problem(above);
+      for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        const auto optimizer = made(
+            problem, {.seed = seed, .control_points = control_points, .x0 = VectorXd::Zero(6)});
+        const Summary s = minimise(problem, *optimizer,
+                                   {.budget = control_points == 2 ? 1500 : 8000, .target = 1e-3});
+        EXPECT_EQ(s.end, End::kTarget) << above << control_points << " seed " << seed;
+      }
+    }
   }
 }
 
