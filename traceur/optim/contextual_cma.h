@@ -26,8 +26,8 @@ struct ContextualCmaOptions {
   /// curves differ, and a good one has to be met: of a tenth and a fifth the latter is sooner at
   /// the end, later on a smooth cost by as much as it takes].
   double curve_share = 0.2;
-  /// Generations whose best samples take part once more; 0: off [ours; of 40 searches past a ledge
-  /// as in the test of GoesWhereALuckySampleWas 30 arrive with 5, as many with 10, 2 with 0].
+  /// Generations whose best samples take part once more; 0: off [ours; of 40 searches past the
+  /// ledge of the test GoesWhereALuckySampleWas 28 arrive with 5, 2 with 0; 10 are no better].
   int elite_generations = 5;
   /// A run ends when σ·√(largest eigenvalue of C) falls below tolx·σ₀, or when it has settled and
   /// the least cost of its last stagnation_curves curves is not lower by the fraction tolstagnation
@@ -103,7 +103,8 @@ struct ContextualCmaState {
 class ContextualCma : public FamilyOptimizer {
  public:
   /// @throws InputError for sizes that differ, NaN, fewer tasks than control points, tasks that do
-  ///         not rise, reversed bounds, x0 outside them, σ₀ or scale not positive, λ < 4
+  ///         not rise, reversed bounds, x0 outside them, σ₀ or scale not positive, λ < 4,
+  ///         elite_generations < 0
   explicit ContextualCma(ContextualCmaOptions options);
 
   std::vector<Candidate> ask() override;

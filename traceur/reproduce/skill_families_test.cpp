@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "traceur/skill/skill_problem.h"
 
 namespace traceur::reproduce {
 namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(SkillFamilies, ReadALearningCurve) {
   const std::vector<Point> curve = {{32, 1.0}, {64, 0.5}, {128, 0.1}, {500, 0.1}};
@@ -83,6 +86,15 @@ TEST(SkillFamilies, TellTrialsToTheLevelOfThePublishedOptimiser) {
   const Summary stuck = summarise(table.readings(runs)[0]);
   EXPECT_TRUE(std::isinf(stuck.ratios[0][1].value));
   EXPECT_TRUE(std::isinf(stuck.ratios[0][1].interval.low));
+  // Of two that never get there nothing is known.
+  Table both = table.readings(runs)[0].table();
+  both.ratios = {{"contextual / CMA-ES", column("contextual"), column("CMA-ES")}};
+  Results never(both);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    never.add({0, column("contextual"), seed}, {kInfinity, true});
+    never.add({0, column("CMA-ES"), seed}, {kInfinity, true});
+  }
+  EXPECT_TRUE(std::isnan(summarise(never).ratios[0][0].value));
   const Summary costs = summarise(told[1]);
   EXPECT_EQ(told[1].table().rows[1].name, "jump 1000");
   EXPECT_EQ(costs.cells[1][column("curve")].value, 1.0);

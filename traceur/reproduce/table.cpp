@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <mutex>
 #include <sstream>
 
@@ -276,13 +277,15 @@ Summary summarise(const Results& results) {
       std::vector<double> each;
       for (size_t i = 0; i < drawn.size(); i += 2) {
         each.push_back(center(drawn[i], t.center) / center(drawn[i + 1], t.center));
-        // Of infinite by infinite nothing is known, not even an upper bound.
-        if (std::isnan(each.back())) each.back() = std::numeric_limits<double>::infinity();
       }
       return geometricMean(each);
     };
     s.value = statistic(pairs);
-    s.interval = bootstrap(pairs, statistic);
+    s.interval = bootstrap(pairs, [&](const auto& drawn) {
+      // Of infinite by infinite nothing is known, not even an upper bound.
+      const double value = statistic(drawn);
+      return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+    });
     s.printed = geometricMean(printed);
     return s;
   };
