@@ -139,6 +139,8 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
   const Eigen::VectorXd tasks = toTasks(o.tasks, "--tasks");
   requireInRange(*skill, tasks[0], "--tasks");
   requireInRange(*skill, tasks[tasks.size() - 1], "--tasks");
+  // One spelling, so that --resume compares tasks and not their texts.
+  o.tasks = fmt::format("{}:{}:{}", tasks[0], tasks[tasks.size() - 1], tasks.size());
   const int control_points = o.curve == "cubic" ? 4 : 2;
   if (control_points > tasks.size()) {
     throw InputError(fmt::format("--curve {}: expected at least {} tasks, got {}", o.curve,

@@ -96,6 +96,7 @@ expect 2 'expected --tasks' -- learn "$nod" --curve cubic --out "$dir/none.run"
 expect 2 'at least 4 tasks, got 3' -- learn "$nod" --tasks 0:1:3 --curve cubic --out "$dir/none.run"
 expect 2 'individual' 'cubic' -- learn "$nod" --tasks 0:1:4 --curve cubic --optimiser individual --out "$dir/none.run"
 expect 1 'too few' '--budget' -- learn "$nod" --tasks 0:1:6 --budget 20 --out "$dir/few.run"
+"$traceur" learn "$nod" --tasks 0.0:1.0:3 --budget 200 --out "$dir/k.run" --quiet --resume || failures=$((failures + 1))
 expect 2 'another tasks' -- learn "$nod" --tasks 0:1:4 --budget 200 --out "$dir/k.run" --resume
 expect 2 'learned for 0 to 1' -- perform "$dir/k.run" --task 1.5
 expect 2 'expected --task or --sweep' -- perform "$dir/k.run"
