@@ -10,6 +10,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
+#include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
 
 namespace traceur::optim {
@@ -37,28 +38,7 @@ void checkTolerance(std::string_view name, double value) {
 /// Checks what a caller gave and fills in what was left to its default.
 CmaEsOptions complete(CmaEsOptions o) {
   const int n = static_cast<int>(o.x0.size());
-  if (n == 0) refuse("expected x0 of at least one variable, got none");
-  for (int i = 0; i < n; ++i) {
-    if (!std::isfinite(o.x0[i])) refuse("x0[{}] is {}", i, o.x0[i]);
-  }
-  if (!(o.sigma > 0 && std::isfinite(o.sigma))) {
-    refuse("expected a finite sigma > 0, got {}", o.sigma);
-  }
-  if (o.scale.size() == 0) o.scale = VectorXd::Ones(n);
-  if (o.scale.size() != n) refuse("expected scale({}) as x0, got scale({})", n, o.scale.size());
-  for (int i = 0; i < n; ++i) {
-    if (!(o.scale[i] > 0 && std::isfinite(o.scale[i]))) {
-      refuse("expected a finite scale[{}] > 0, got {}", i, o.scale[i]);
-    }
-  }
-  if (o.lower.size() == 0) o.lower = VectorXd::Constant(n, -kInfinity);
-  if (o.upper.size() == 0) o.upper = VectorXd::Constant(n, kInfinity);
-  checkBounds(kKind, o.lower, o.upper, n);
-  for (int i = 0; i < n; ++i) {
-    if (!(o.lower[i] <= o.x0[i] && o.x0[i] <= o.upper[i])) {
-      refuse("x0[{}] = {} is outside [{}, {}]", i, o.x0[i], o.lower[i], o.upper[i]);
-    }
-  }
+  completeStart(kKind, o.x0, o.sigma, o.scale, o.lower, o.upper);
   if (o.lambda == 1 || o.lambda < 0 || o.lambda > kMaxLambda) {
     refuse("expected lambda in [2, {}], or 0 for the default, got {}", kMaxLambda, o.lambda);
   }

@@ -45,24 +45,7 @@ template <typename... Args>
 
 ContextualCmaOptions complete(ContextualCmaOptions o) {
   const auto n = o.x0.size();
-  if (n == 0) refuse("expected x0 of at least one variable, got none");
-  if (!o.x0.allFinite()) refuse("x0 holds NaN or infinity");
-  if (!(o.sigma > 0 && std::isfinite(o.sigma))) {
-    refuse("expected a finite sigma > 0, got {}", o.sigma);
-  }
-  if (o.scale.size() == 0) o.scale = VectorXd::Ones(n);
-  if (o.scale.size() != n) refuse("expected scale({}) as x0, got scale({})", n, o.scale.size());
-  if (!((o.scale.array() > 0).all() && o.scale.allFinite())) {
-    refuse("expected a finite scale > 0");
-  }
-  if (o.lower.size() == 0) o.lower = VectorXd::Constant(n, -kInfinity);
-  if (o.upper.size() == 0) o.upper = VectorXd::Constant(n, kInfinity);
-  checkBounds(kKind, o.lower, o.upper, static_cast<int>(n));
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (!(o.lower[i] <= o.x0[i] && o.x0[i] <= o.upper[i])) {
-      refuse("x0[{}] = {} is outside [{}, {}]", i, o.x0[i], o.lower[i], o.upper[i]);
-    }
-  }
+  completeStart(kKind, o.x0, o.sigma, o.scale, o.lower, o.upper);
   taskPositions(kKind, o.tasks);  // throws before control points are held against their number
   if (o.control_points < 1 || o.control_points > o.tasks.size()) {
     refuse("expected control points in [1, {}], the number of tasks, got {}", o.tasks.size(),

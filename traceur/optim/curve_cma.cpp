@@ -40,29 +40,7 @@ void checkCount(std::string_view name, int value) {
 
 /// Checks what a caller gave and fills in what was left to its default.
 CurveCmaOptions complete(CurveCmaOptions o) {
-  const int n = static_cast<int>(o.x0.size());
-  if (n == 0) refuse("expected x0 of at least one variable, got none");
-  for (int i = 0; i < n; ++i) {
-    if (!std::isfinite(o.x0[i])) refuse("x0[{}] is {}", i, o.x0[i]);
-  }
-  if (!(o.sigma > 0 && std::isfinite(o.sigma))) {
-    refuse("expected a finite sigma > 0, got {}", o.sigma);
-  }
-  if (o.scale.size() == 0) o.scale = VectorXd::Ones(n);
-  if (o.scale.size() != n) refuse("expected scale({}) as x0, got scale({})", n, o.scale.size());
-  for (int i = 0; i < n; ++i) {
-    if (!(o.scale[i] > 0 && std::isfinite(o.scale[i]))) {
-      refuse("expected a finite scale[{}] > 0, got {}", i, o.scale[i]);
-    }
-  }
-  if (o.lower.size() == 0) o.lower = VectorXd::Constant(n, -kInfinity);
-  if (o.upper.size() == 0) o.upper = VectorXd::Constant(n, kInfinity);
-  checkBounds(kKind, o.lower, o.upper, n);
-  for (int i = 0; i < n; ++i) {
-    if (!(o.lower[i] <= o.x0[i] && o.x0[i] <= o.upper[i])) {
-      refuse("x0[{}] = {} is outside [{}, {}]", i, o.x0[i], o.lower[i], o.upper[i]);
-    }
-  }
+  completeStart(kKind, o.x0, o.sigma, o.scale, o.lower, o.upper);
   checkCount("control_points", o.control_points);
   checkCount("lambda", o.lambda);
   checkCount("elites", o.elites);
