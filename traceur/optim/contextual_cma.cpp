@@ -20,7 +20,7 @@ namespace traceur::optim {
 namespace {
 
 constexpr std::string_view kKind = "contextual";
-constexpr std::uint64_t kStateVersion = 3;
+constexpr std::uint64_t kStateVersion = 4;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
@@ -35,6 +35,18 @@ constexpr double kSmallestEigenvalue = 1e-14;
 constexpr double kTolXUp = 1e4;
 /// The same below which a run may count as stagnating: it has settled somewhere [ours].
 constexpr double kSettled = 0.1;
+/// Part of a run's trials without a gain after which a race ends [ours; longer ones find more where
+/// costs are rough, and keep a search for longer where it should begin anew].
+constexpr double kRacePatience = 0.15;
+/// Curves in a race at a time [ours: enough for the processors of a small computer; with more, more
+/// are drawn about a curve that is no longer the best].
+constexpr int kEntrants = 8;
+/// Of the race's step size: factors of a winner and of a loser, at rest with one winner in eleven;
+/// the least, for a lucky winner would end all search; and the largest [ours; kicks].
+constexpr double kRaceGrowth = 1.5;
+constexpr double kRaceShrink = 0.96;
+constexpr double kLeastRaceStep = 0.03;
+constexpr double kLargestRaceStep = 2;
 /// Generations in a row without a meaningful cost, as CmaEs.
 constexpr int kTolAllFailed = 20;
 
@@ -65,6 +77,9 @@ ContextualCmaOptions complete(ContextualCmaOptions o) {
   if (o.elite_generations < 0) {
     refuse("expected elite_generations ≥ 0, got {}", o.elite_generations);
   }
+  if (!(o.race_share >= 0 && o.race_share < 1)) {
+    refuse("expected race_share in [0, 1), got {}", o.race_share);
+  }
   if (!(o.tolstagnation >= 0)) refuse("expected tolstagnation ≥ 0, got {}", o.tolstagnation);
   if (!(o.tolx >= 0)) refuse("expected tolx ≥ 0, got {}", o.tolx);
   if (o.max_restarts < 0) refuse("expected max_restarts ≥ 0, got {}", o.max_restarts);
@@ -73,6 +88,14 @@ ContextualCmaOptions complete(ContextualCmaOptions o) {
 }
 
 }  // namespace
+
+void ContextualCmaState::Gain::note(double cost, std::uint64_t passed) {
+  static constexpr double kGain = 0.2;  // [ours]
+  since += passed;
+  if (!(from - cost >= kGain * std::abs(from))) return;  // from infinity it is
+  from = cost;
+  since = 0;
+}
 
 ContextualCma::ContextualCma(ContextualCmaOptions options)
     : options_(complete(std::move(options))),
@@ -84,6 +107,7 @@ ContextualCma::ContextualCma(ContextualCmaOptions options)
     Phi_.col(i) = bernstein(options_.control_points, w_[i]);
   }
   state_.lambda = options_.lambda;
+  state_.least.assign(tasks(), kInfinity);
   beginRun();
 }
 
@@ -94,6 +118,11 @@ void ContextualCma::beginRun() {
   s.updates = s.samples = s.curves = 0;
   s.costs.clear();
   s.elites.clear();
+  s.best_A = MatrixXd::Zero(n, K);
+  s.best_cost = kInfinity;
+  s.curve_gain = s.race_gain = {};
+  s.raced = 0;
+  s.first_trial = s.trials;
   s.sigma = options_.sigma;
   s.C = MatrixXd::Identity(n, n);
   s.p_sigma = MatrixXd::Zero(n, K);
@@ -117,13 +146,18 @@ void ContextualCma::beginRun() {
   drawn_ = false;
 }
 
+int ContextualCma::candidates() const {
+  if (!state_.entrants.empty()) return static_cast<int>(state_.entrants.size());
+  return state_.lambda + (curveIsDue() ? tasks() : 0);
+}
+
 bool ContextualCma::curveIsDue() const {
   return options_.curve_share * static_cast<double>(state_.samples) >=
          static_cast<double>(state_.curves + 1) * tasks();
 }
 
-Curve ContextualCma::curve() const {
-  return {Curve::Kind::kBezier, options_.scale.asDiagonal() * state_.A, bounds_};
+Curve ContextualCma::curve(const MatrixXd& A) const {
+  return {Curve::Kind::kBezier, options_.scale.asDiagonal() * A, bounds_};
 }
 
 void ContextualCma::draw() {
@@ -154,9 +188,17 @@ void ContextualCma::draw() {
 }
 
 std::vector<Candidate> ContextualCma::ask() {
-  if (!drawn_) draw();
   std::vector<Candidate> asked;
-  const Curve mean = curve();
+  if (!state_.entrants.empty()) {
+    for (int k = 0; k < static_cast<int>(told_.size()); ++k) {
+      if (told_[k]) continue;
+      const ContextualCmaState::Entrant& e = state_.entrants[k];
+      asked.push_back({state_.trials + k, curve(e.A).at(w_[e.order[e.costs.size()]])});
+    }
+    return asked;
+  }
+  if (!drawn_) draw();
+  const Curve mean = curve(state_.A);
   for (int k = 0; k < static_cast<int>(told_.size()); ++k) {
     if (told_[k]) continue;
     VectorXd x(dimension());
@@ -191,6 +233,22 @@ void ContextualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
 }
 
 void ContextualCma::update() {
+  for (const auto& told : told_) {
+    for (int i = 0; i < tasks(); ++i) {
+      state_.least[i] = std::fmin(state_.least[i], (*told)[i]);  // fmin: not NaN
+    }
+  }
+  if (state_.entrants.empty()) {
+    learn();
+  } else {
+    race();
+  }
+  told_.assign(candidates(), std::nullopt);
+  told_count_ = 0;
+  drawn_ = false;
+}
+
+void ContextualCma::learn() {
   if (!drawn_) draw();  // restored, and told without being asked
   const int M = tasks();
   if (static_cast<int>(told_.size()) > state_.lambda) noteCurve();
@@ -208,21 +266,96 @@ void ContextualCma::update() {
   state_.trials += told_.size();
   state_.samples += state_.lambda;
   endRunIfDone(anything);
-  told_.assign(candidates(), std::nullopt);
-  told_count_ = 0;
-  drawn_ = false;
+  if (raceIsDue()) {
+    state_.race_sigma = 1;
+    state_.race_gain = {};
+    state_.race_gain.note(state_.best_cost, 0);
+    enter(kEntrants);
+  }
 }
 
 void ContextualCma::noteCurve() {
-  Family family{curve(), 0, {}};
-  for (int i = 0; i < tasks(); ++i) {
-    const double cost = (*told_[state_.lambda + i])[i];
-    family.task_costs.push_back(cost);
-    family.cost += cost / tasks();
-  }
+  std::vector<double> task_costs(tasks());
+  for (int i = 0; i < tasks(); ++i) task_costs[i] = (*told_[state_.lambda + i])[i];
+  const double cost = std::accumulate(task_costs.begin(), task_costs.end(), 0.0) / tasks();
   ++state_.curves;
-  state_.costs.push_back(std::isnan(family.cost) ? kInfinity : family.cost);
-  if (family.cost < (best_ ? best_->cost : kInfinity)) best_ = std::move(family);
+  state_.costs.push_back(std::isnan(cost) ? kInfinity : cost);
+  state_.curve_gain.note(state_.costs.back(), 1);
+  noteBest(state_.A, cost, std::move(task_costs));
+}
+
+void ContextualCma::noteBest(const MatrixXd& A, double cost, std::vector<double> task_costs) {
+  ContextualCmaState& s = state_;
+  if (!(cost < s.best_cost)) return;
+  s.best_A = A;
+  s.best_cost = cost;
+  s.best_task_costs = task_costs;
+  if (!best_ || cost < best_->cost) best_ = Family{curve(A), cost, std::move(task_costs)};
+}
+
+bool ContextualCma::raceIsDue() const {
+  const ContextualCmaState& s = state_;
+  return options_.race_share > 0 && s.restarts == 0 && s.best_cost < kInfinity && !s.stop &&
+         s.curve_gain.since >= static_cast<std::uint64_t>(options_.stagnation_curves) &&
+         static_cast<double>(s.raced) <
+             options_.race_share * static_cast<double>(s.trials - s.first_trial);
+}
+
+void ContextualCma::enter(int count) {
+  ContextualCmaState& s = state_;
+  const int n = dimension();
+  eigen_.compute(s.C);
+  const VectorXd D =
+      eigen_.values().cwiseMax(kSmallestEigenvalue * eigen_.values().maxCoeff()).cwiseSqrt();
+  for (int k = 0; k < count; ++k) {
+    Random random(options_.seed, s.generation, k);
+    MatrixXd Z(n, options_.control_points);
+    for (double& z : Z.reshaped()) z = random.normal();
+    const MatrixXd step = s.race_sigma * s.sigma * (eigen_.vectors() * (D.asDiagonal() * Z));
+    ContextualCmaState::Entrant entrant{unbroken(s.best_A + step), std::vector<int>(tasks()), {}};
+    std::iota(entrant.order.begin(), entrant.order.end(), 0);
+    std::stable_sort(entrant.order.begin(), entrant.order.end(),
+                     [&](int i, int j) { return s.best_task_costs[i] > s.best_task_costs[j]; });
+    s.entrants.push_back(std::move(entrant));
+  }
+}
+
+void ContextualCma::race() {
+  ContextualCmaState& s = state_;
+  s.raced += told_.size();
+  std::vector<ContextualCmaState::Entrant> left;
+  for (size_t k = 0; k < s.entrants.size(); ++k) {
+    ContextualCmaState::Entrant& e = s.entrants[k];
+    e.costs.push_back((*told_[k])[e.order[e.costs.size()]]);
+    double hoped = std::accumulate(e.costs.begin(), e.costs.end(), 0.0);
+    for (size_t i = e.costs.size(); i < e.order.size(); ++i) hoped += s.least[e.order[i]];
+    const double cost = hoped / tasks();
+    const bool has_hope = cost < s.best_cost;  // not with a NaN
+    if (has_hope && e.costs.size() < e.order.size()) {
+      left.push_back(std::move(e));
+      continue;
+    }
+    if (has_hope) {
+      std::vector<double> task_costs(tasks());
+      for (int i = 0; i < tasks(); ++i) task_costs[e.order[i]] = e.costs[i];
+      noteBest(e.A, cost, std::move(task_costs));
+    }
+    s.race_sigma =
+        std::min(s.race_sigma * (has_hope ? kRaceGrowth : kRaceShrink), kLargestRaceStep);
+    if (s.race_sigma < kLeastRaceStep) s.race_sigma = 1;
+  }
+  s.entrants = std::move(left);
+  ++s.generation;
+  s.trials += told_.size();
+  s.race_gain.note(s.best_cost, told_.size());
+  const double run = static_cast<double>(s.trials - s.first_trial);
+  if (static_cast<double>(s.race_gain.since) > kRacePatience * run ||
+      static_cast<double>(s.raced) > options_.race_share * run) {
+    s.entrants.clear();
+    s.curve_gain.since = 0;
+  } else {
+    enter(kEntrants - static_cast<int>(s.entrants.size()));
+  }
 }
 
 void ContextualCma::adapt(const MatrixXd& all_costs) {
@@ -474,11 +607,14 @@ std::uint64_t ContextualCma::fingerprint() const {
   StateWriter w("options", kStateVersion);
   const ContextualCmaOptions& o = options_;
   for (const VectorXd* v : {&o.tasks, &o.x0, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
-  for (const double v : {o.sigma, o.curve_share, o.tolx, o.tolstagnation, o.lambda_factor})
+  for (const double v :
+       {o.sigma, o.curve_share, o.race_share, o.tolx, o.tolstagnation, o.lambda_factor}) {
     w.real(v);
+  }
   for (const int v :
-       {o.control_points, o.lambda, o.max_restarts, o.stagnation_curves, o.elite_generations})
+       {o.control_points, o.lambda, o.max_restarts, o.stagnation_curves, o.elite_generations}) {
     w.integer(v);
+  }
   w.integer(o.seed);
   Hash hash;
   hash.add(w.finish());
@@ -494,12 +630,20 @@ std::string ContextualCma::save() const {
   for (const std::uint64_t v :
        {s.generation, s.trials, s.updates, s.samples, s.curves,
         static_cast<std::uint64_t>(s.restarts), static_cast<std::uint64_t>(s.lambda),
-        static_cast<std::uint64_t>(s.all_failed)}) {
+        static_cast<std::uint64_t>(s.all_failed), s.first_trial, s.raced, s.curve_gain.since,
+        s.race_gain.since}) {
     w.integer(v);
   }
-  w.real(s.sigma);
-  for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) w.reals(numbers(*m));
-  w.reals(s.costs);
+  for (const double v : {s.sigma, s.best_cost, s.curve_gain.from, s.race_gain.from, s.race_sigma})
+    w.real(v);
+  for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c, &s.best_A}) w.reals(numbers(*m));
+  for (const std::vector<double>* v : {&s.costs, &s.best_task_costs, &s.least}) w.reals(*v);
+  w.integer(s.entrants.size());
+  for (const ContextualCmaState::Entrant& e : s.entrants) {
+    w.reals(numbers(e.A));
+    w.reals(std::vector<double>(e.order.begin(), e.order.end()));
+    w.reals(e.costs);
+  }
   w.integer(s.elites.size());
   for (const ContextualCmaState::Elite& e : s.elites) {
     w.integer(e.generation);
@@ -536,9 +680,20 @@ void ContextualCma::restore(std::string_view text) {
   s.restarts = static_cast<int>(r.integer());
   s.lambda = static_cast<int>(r.integer());
   s.all_failed = static_cast<int>(r.integer());
-  s.sigma = r.real();
-  for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.reals(numbers(*m));
-  s.costs = r.reals();
+  for (std::uint64_t* v : {&s.first_trial, &s.raced, &s.curve_gain.since, &s.race_gain.since}) {
+    *v = r.integer();
+  }
+  for (double* v : {&s.sigma, &s.best_cost, &s.curve_gain.from, &s.race_gain.from, &s.race_sigma})
+    *v = r.real();
+  for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c, &s.best_A}) r.reals(numbers(*m));
+  for (std::vector<double>* v : {&s.costs, &s.best_task_costs, &s.least}) *v = r.reals();
+  s.entrants.resize(r.integer());
+  for (ContextualCmaState::Entrant& e : s.entrants) {
+    e.A.resize(dimension(), options_.control_points);
+    r.reals(numbers(e.A));
+    for (const double task : r.reals()) e.order.push_back(static_cast<int>(task));
+    e.costs = r.reals();
+  }
   s.elites.resize(r.integer());
   for (ContextualCmaState::Elite& e : s.elites) {
     e.generation = r.integer();

@@ -1,5 +1,5 @@
 // Contextual CMA-ES: one normal distribution whose mean is a curve over the tasks, and every trial
-// teaches it about all of them.
+// teaches it about all of them. Where that no longer helps, curves race each other.
 #pragma once
 
 #include "traceur/core/random.h"
@@ -29,6 +29,10 @@ struct ContextualCmaOptions {
   /// Generations whose best samples take part once more; 0: off [ours; of 40 searches past the
   /// ledge of the test GoesWhereALuckySampleWas 28 arrive with 5, 2 with 0; 10 are no better].
   int elite_generations = 5;
+  /// Part of the first run's trials that races may take, when its last stagnation_curves curves
+  /// were no gain of a fifth; 0: no races. Later runs have none: more samples are to help there
+  /// [ours].
+  double race_share = 0.5;
   /// A run ends when σ·√(largest eigenvalue of C) falls below tolx·σ₀, or when it has settled and
   /// the least cost of its last stagnation_curves curves is not lower by the fraction tolstagnation
   /// than the least before. The next one begins anew with lambda_factor times as many samples.
@@ -41,8 +45,9 @@ struct ContextualCmaOptions {
 
 /// Everything it remembers from one generation to the next, in units of scale.
 struct ContextualCmaState {
-  std::uint64_t generation = 0;  ///< generations told
-  std::uint64_t trials = 0;      ///< of all generations told: the next candidate's id
+  std::uint64_t generation = 0;   ///< generations told
+  std::uint64_t trials = 0;       ///< of all generations told: the next candidate's id
+  std::uint64_t first_trial = 0;  ///< of this run
   int restarts = 0;
   int lambda = 0;             ///< samples per generation of this run
   std::uint64_t updates = 0;  ///< of this run
@@ -60,8 +65,29 @@ struct ContextualCmaState {
     VectorXd x;                    ///< (n) before folding
     std::vector<double> costs;     ///< (M), NaN where it says nothing
   };
-  std::vector<Elite> elites;  ///< of this run's last elite_generations, oldest first
-  std::vector<double> costs;  ///< of this run's curves, in order
+  std::vector<Elite> elites;            ///< of this run's last elite_generations, oldest first
+  std::vector<double> costs;            ///< of this run's curves, in order
+  MatrixXd best_A;                      ///< (n x K) of this run's best curve
+  double best_cost = 0;                 ///< its mean cost; ∞ before the first
+  std::vector<double> best_task_costs;  ///< (M)
+  std::vector<double> least;            ///< (M) of all trials; ∞ before the first
+  /// How long ago a cost fell by a fifth.
+  struct Gain {
+    double from = std::numeric_limits<double>::infinity();  ///< what counts is a fifth below
+    std::uint64_t since = 0;
+    void note(double cost, std::uint64_t passed);
+  };
+  Gain curve_gain;          ///< of this run's mean curves, in curves
+  Gain race_gain;           ///< of best_cost in this race, in trials
+  std::uint64_t raced = 0;  ///< this run's trials in races
+  /// A curve in the race.
+  struct Entrant {
+    MatrixXd A;                 ///< (n x K)
+    std::vector<int> order;     ///< the tasks, as its points are run
+    std::vector<double> costs;  ///< of those that have been
+  };
+  std::vector<Entrant> entrants;  ///< none: no race is on
+  double race_sigma = 0;          ///< step size of the race, in units of σ C^(1/2)
   std::optional<Stop> stop;
 };
 
@@ -94,8 +120,23 @@ struct ContextualCmaState {
 /// with y_ki = (x_k - m_i)/σ. μ_w = K / tr(G⁻¹ Φ S Φᵀ), S_ij = h_i h_j Σ_k w_ki w_kj, makes p_σ
 /// standard normal under random ranks: it counts samples that serve several tasks once.
 ///
+/// Races. Each task's samples pull the curve towards what suits that task. Where no curve suits
+/// them all the pulls cancel while it still misses, and where costs are rough its cost is mostly
+/// luck. After stagnation_curves mean curves without a gain, curves about the best one race:
+/// control points A + σ_r σ C^(1/2) N(0, I), one point of each per generation, first the task that
+/// costs the best curve most. A curve drops out as soon as it could not win even if its other
+/// points were as good as any trial was there,
+///
+///     Σ_run f_i + Σ_left min f_i ≥ Σ_i f_i(best)
+///
+/// so that a hopeless one costs a trial or two instead of M. A winner is the new best, and σ_r
+/// grows by a half; for a loser it shrinks by 4 %, from 0.03 back to 1. Samples are drawn again,
+/// from the distribution as it was, when a seventh of the run's trials has brought no gain or races
+/// have had race_share of them.
+///
 /// Linear-in-features means and one covariance as in contextual CMA-ES [Abdolmaleki2017]; that
-/// every sample is scored and weighted for every task, the elites and the restarts are ours.
+/// every sample is scored and weighted for every task, the elites, the races and the restarts are
+/// ours.
 ///
 /// Failures, bounds and scale as in CmaEs: a failed trial never gets a positive weight. A curve
 /// with a bound between its tasks is handed out broken, folded there: the control points beyond are
@@ -121,16 +162,21 @@ class ContextualCma : public FamilyOptimizer {
   int dimension() const { return static_cast<int>(options_.x0.size()); }
   int tasks() const { return static_cast<int>(options_.tasks.size()); }
   bool curveIsDue() const;
-  int candidates() const { return state_.lambda + (curveIsDue() ? tasks() : 0); }
+  int candidates() const;
   void beginRun();
   void draw();
   void update();
+  void learn();
   void adapt(const MatrixXd& all_costs);
   void keepElites(const MatrixXd& all_costs);
   MatrixXd unbroken(MatrixXd A) const;
   void noteCurve();
+  void noteBest(const MatrixXd& A, double cost, std::vector<double> task_costs);
+  bool raceIsDue() const;
+  void enter(int count);
+  void race();
   void endRunIfDone(bool anything);
-  Curve curve() const;
+  Curve curve(const MatrixXd& A) const;
   std::uint64_t fingerprint() const;
 
   ContextualCmaOptions options_;
