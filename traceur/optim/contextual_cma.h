@@ -131,8 +131,8 @@ struct ContextualCmaState {
 ///
 /// so that a hopeless one costs a trial or two instead of M. A winner is the new best, and σ_r
 /// grows by a half; for a loser it shrinks by 4 %, from 0.03 back to 1. Samples are drawn again,
-/// from the distribution as it was, when a seventh of the run's trials has brought no gain or races
-/// have had race_share of them.
+/// from the distribution as it was, when 15 % of the run's trials have brought no gain or races
+/// have had race_share of them. Only before the first restart.
 ///
 /// Linear-in-features means and one covariance as in contextual CMA-ES [Abdolmaleki2017]; that
 /// every sample is scored and weighted for every task, the elites, the races and the restarts are
