@@ -115,7 +115,7 @@ TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) 
    public:
     explicit NearBounds(bool above) : Moving(6, 6, false), above_(above) {}
     VectorXd upper() const override {
-      return VectorXd::Constant(6, above_ ? 1 : std::numeric_limits<double>::infinity());
+      return VectorXd::Constant(6, above_ ? 1.0 : std::numeric_limits<double>::infinity());
     }
     Evaluation evaluate(const VectorXd& x) const override {
       Evaluation e{.cost = 0};
