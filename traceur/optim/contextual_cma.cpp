@@ -35,18 +35,9 @@ constexpr double kSmallestEigenvalue = 1e-14;
 constexpr double kTolXUp = 1e4;
 /// The same below which a run may count as stagnating: it has settled somewhere [ours].
 constexpr double kSettled = 0.1;
-/// Part of a run's trials without a gain after which a race ends [ours; longer ones find more where
+/// Part of all trials without a gain after which a race ends [ours; longer ones find more where
 /// costs are rough, and keep a search for longer where it should begin anew].
 constexpr double kRacePatience = 0.15;
-/// Curves in a race at a time [ours: enough for the processors of a small computer; with more, more
-/// are drawn about a curve that is no longer the best].
-constexpr int kEntrants = 8;
-/// Of the race's step size: factors of a winner and of a loser, at rest with one winner in eleven;
-/// the least, for a lucky winner would end all search; and the largest [ours; kicks].
-constexpr double kRaceGrowth = 1.5;
-constexpr double kRaceShrink = 0.96;
-constexpr double kLeastRaceStep = 0.03;
-constexpr double kLargestRaceStep = 2;
 /// Generations in a row without a meaningful cost, as CmaEs.
 constexpr int kTolAllFailed = 20;
 
@@ -89,25 +80,17 @@ ContextualCmaOptions complete(ContextualCmaOptions o) {
 
 }  // namespace
 
-void ContextualCmaState::Gain::note(double cost, std::uint64_t passed) {
-  static constexpr double kGain = 0.2;  // [ours]
-  since += passed;
-  if (!(from - cost >= kGain * std::abs(from))) return;  // from infinity it is
-  from = cost;
-  since = 0;
-}
-
 ContextualCma::ContextualCma(ContextualCmaOptions options)
     : options_(complete(std::move(options))),
       bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
       w_(taskPositions(kKind, options_.tasks)),
       Phi_(options_.control_points, w_.size()),
+      race_(static_cast<int>(w_.size())),
       eigen_(static_cast<int>(options_.x0.size())) {
   for (Eigen::Index i = 0; i < w_.size(); ++i) {
     Phi_.col(i) = bernstein(options_.control_points, w_[i]);
   }
   state_.lambda = options_.lambda;
-  state_.least.assign(tasks(), kInfinity);
   beginRun();
 }
 
@@ -118,11 +101,7 @@ void ContextualCma::beginRun() {
   s.updates = s.samples = s.curves = 0;
   s.costs.clear();
   s.elites.clear();
-  s.best_A = MatrixXd::Zero(n, K);
-  s.best_cost = kInfinity;
-  s.curve_gain = s.race_gain = {};
-  s.raced = 0;
-  s.first_trial = s.trials;
+  s.curve_gain = {};
   s.sigma = options_.sigma;
   s.C = MatrixXd::Identity(n, n);
   s.p_sigma = MatrixXd::Zero(n, K);
@@ -147,7 +126,7 @@ void ContextualCma::beginRun() {
 }
 
 int ContextualCma::candidates() const {
-  if (!state_.entrants.empty()) return static_cast<int>(state_.entrants.size());
+  if (race_.isOn()) return static_cast<int>(race_.entrants().size());
   return state_.lambda + (curveIsDue() ? tasks() : 0);
 }
 
@@ -189,11 +168,11 @@ void ContextualCma::draw() {
 
 std::vector<Candidate> ContextualCma::ask() {
   std::vector<Candidate> asked;
-  if (!state_.entrants.empty()) {
-    for (int k = 0; k < static_cast<int>(told_.size()); ++k) {
+  if (race_.isOn()) {
+    for (size_t k = 0; k < told_.size(); ++k) {
       if (told_[k]) continue;
-      const ContextualCmaState::Entrant& e = state_.entrants[k];
-      asked.push_back({state_.trials + k, curve(e.A).at(w_[e.order[e.costs.size()]])});
+      const CurveRace::Entrant& e = race_.entrants()[k];
+      asked.push_back({state_.trials + k, curve(e.points).at(w_[e.nextTask()])});
     }
     return asked;
   }
@@ -233,15 +212,11 @@ void ContextualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
 }
 
 void ContextualCma::update() {
-  for (const auto& told : told_) {
-    for (int i = 0; i < tasks(); ++i) {
-      state_.least[i] = std::fmin(state_.least[i], (*told)[i]);  // fmin: not NaN
-    }
-  }
-  if (state_.entrants.empty()) {
-    learn();
+  for (const auto& told : told_) race_.see(*told);
+  if (race_.isOn()) {
+    runRace();
   } else {
-    race();
+    learn();
   }
   told_.assign(candidates(), std::nullopt);
   told_count_ = 0;
@@ -266,95 +241,61 @@ void ContextualCma::learn() {
   state_.trials += told_.size();
   state_.samples += state_.lambda;
   endRunIfDone(anything);
-  if (raceIsDue()) {
-    state_.race_sigma = 1;
-    state_.race_gain = {};
-    state_.race_gain.note(state_.best_cost, 0);
-    enter(kEntrants);
-  }
+  if (raceIsDue()) race_.begin(aboutTheBest());
 }
 
 void ContextualCma::noteCurve() {
-  std::vector<double> task_costs(tasks());
-  for (int i = 0; i < tasks(); ++i) task_costs[i] = (*told_[state_.lambda + i])[i];
-  const double cost = std::accumulate(task_costs.begin(), task_costs.end(), 0.0) / tasks();
+  CurveRace::Curve mean{state_.A, 0, std::vector<double>(tasks())};
+  for (int i = 0; i < tasks(); ++i) mean.task_costs[i] = (*told_[state_.lambda + i])[i];
+  mean.cost = std::accumulate(mean.task_costs.begin(), mean.task_costs.end(), 0.0) / tasks();
   ++state_.curves;
-  state_.costs.push_back(std::isnan(cost) ? kInfinity : cost);
+  state_.costs.push_back(std::isnan(mean.cost) ? kInfinity : mean.cost);
   state_.curve_gain.note(state_.costs.back(), 1);
-  noteBest(state_.A, cost, std::move(task_costs));
+  race_.offer(mean);
 }
 
-void ContextualCma::noteBest(const MatrixXd& A, double cost, std::vector<double> task_costs) {
-  ContextualCmaState& s = state_;
-  if (!(cost < s.best_cost)) return;
-  s.best_A = A;
-  s.best_cost = cost;
-  s.best_task_costs = task_costs;
-  if (!best_ || cost < best_->cost) best_ = Family{curve(A), cost, std::move(task_costs)};
+std::optional<Family> ContextualCma::best() const {
+  const CurveRace::Curve& best = race_.best();
+  if (!std::isfinite(best.cost)) return std::nullopt;
+  return Family{curve(best.points), best.cost, best.task_costs};
 }
 
 bool ContextualCma::raceIsDue() const {
   const ContextualCmaState& s = state_;
-  return options_.race_share > 0 && s.restarts == 0 && s.best_cost < kInfinity && !s.stop &&
+  return s.restarts == 0 && !s.stop && std::isfinite(race_.best().cost) &&
          s.curve_gain.since >= static_cast<std::uint64_t>(options_.stagnation_curves) &&
-         static_cast<double>(s.raced) <
-             options_.race_share * static_cast<double>(s.trials - s.first_trial);
+         static_cast<double>(race_.trials()) < options_.race_share * static_cast<double>(s.trials);
 }
 
-void ContextualCma::enter(int count) {
-  ContextualCmaState& s = state_;
-  const int n = dimension();
-  eigen_.compute(s.C);
+CurveRace::Draw ContextualCma::aboutTheBest() const {
+  SymmetricEigen eigen(dimension());
+  eigen.compute(state_.C);
   const VectorXd D =
-      eigen_.values().cwiseMax(kSmallestEigenvalue * eigen_.values().maxCoeff()).cwiseSqrt();
-  for (int k = 0; k < count; ++k) {
-    Random random(options_.seed, s.generation, k);
-    MatrixXd Z(n, options_.control_points);
+      eigen.values().cwiseMax(kSmallestEigenvalue * eigen.values().maxCoeff()).cwiseSqrt();
+  return [this, B = MatrixXd(eigen.vectors()), D](double step_size, int number) {
+    Random random(options_.seed, state_.generation, number);
+    MatrixXd Z(dimension(), options_.control_points);
     for (double& z : Z.reshaped()) z = random.normal();
-    const MatrixXd step = s.race_sigma * s.sigma * (eigen_.vectors() * (D.asDiagonal() * Z));
-    ContextualCmaState::Entrant entrant{unbroken(s.best_A + step), std::vector<int>(tasks()), {}};
-    std::iota(entrant.order.begin(), entrant.order.end(), 0);
-    std::stable_sort(entrant.order.begin(), entrant.order.end(),
-                     [&](int i, int j) { return s.best_task_costs[i] > s.best_task_costs[j]; });
-    s.entrants.push_back(std::move(entrant));
-  }
+    const MatrixXd step = step_size * state_.sigma * (B * (D.asDiagonal() * Z));
+    return unbroken(race_.best().points + step);
+  };
 }
 
-void ContextualCma::race() {
-  ContextualCmaState& s = state_;
-  s.raced += told_.size();
-  std::vector<ContextualCmaState::Entrant> left;
-  for (size_t k = 0; k < s.entrants.size(); ++k) {
-    ContextualCmaState::Entrant& e = s.entrants[k];
-    e.costs.push_back((*told_[k])[e.order[e.costs.size()]]);
-    double hoped = std::accumulate(e.costs.begin(), e.costs.end(), 0.0);
-    for (size_t i = e.costs.size(); i < e.order.size(); ++i) hoped += s.least[e.order[i]];
-    const double cost = hoped / tasks();
-    const bool has_hope = cost < s.best_cost;  // not with a NaN
-    if (has_hope && e.costs.size() < e.order.size()) {
-      left.push_back(std::move(e));
-      continue;
-    }
-    if (has_hope) {
-      std::vector<double> task_costs(tasks());
-      for (int i = 0; i < tasks(); ++i) task_costs[e.order[i]] = e.costs[i];
-      noteBest(e.A, cost, std::move(task_costs));
-    }
-    s.race_sigma =
-        std::min(s.race_sigma * (has_hope ? kRaceGrowth : kRaceShrink), kLargestRaceStep);
-    if (s.race_sigma < kLeastRaceStep) s.race_sigma = 1;
+void ContextualCma::runRace() {
+  std::vector<double> costs;
+  for (size_t k = 0; k < told_.size(); ++k) {
+    costs.push_back((*told_[k])[race_.entrants()[k].nextTask()]);
   }
-  s.entrants = std::move(left);
-  ++s.generation;
-  s.trials += told_.size();
-  s.race_gain.note(s.best_cost, told_.size());
-  const double run = static_cast<double>(s.trials - s.first_trial);
-  if (static_cast<double>(s.race_gain.since) > kRacePatience * run ||
-      static_cast<double>(s.raced) > options_.race_share * run) {
-    s.entrants.clear();
-    s.curve_gain.since = 0;
+  race_.tell(costs);
+  ++state_.generation;
+  state_.trials += told_.size();
+  const auto trials = static_cast<double>(state_.trials);
+  if (static_cast<double>(race_.gain().since) > kRacePatience * trials ||
+      static_cast<double>(race_.trials()) > options_.race_share * trials) {
+    race_.end();
+    state_.curve_gain.since = 0;
   } else {
-    enter(kEntrants - static_cast<int>(s.entrants.size()));
+    race_.fill(aboutTheBest());
   }
 }
 
@@ -630,20 +571,12 @@ std::string ContextualCma::save() const {
   for (const std::uint64_t v :
        {s.generation, s.trials, s.updates, s.samples, s.curves,
         static_cast<std::uint64_t>(s.restarts), static_cast<std::uint64_t>(s.lambda),
-        static_cast<std::uint64_t>(s.all_failed), s.first_trial, s.raced, s.curve_gain.since,
-        s.race_gain.since}) {
+        static_cast<std::uint64_t>(s.all_failed), s.curve_gain.since}) {
     w.integer(v);
   }
-  for (const double v : {s.sigma, s.best_cost, s.curve_gain.from, s.race_gain.from, s.race_sigma})
-    w.real(v);
-  for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c, &s.best_A}) w.reals(numbers(*m));
-  for (const std::vector<double>* v : {&s.costs, &s.best_task_costs, &s.least}) w.reals(*v);
-  w.integer(s.entrants.size());
-  for (const ContextualCmaState::Entrant& e : s.entrants) {
-    w.reals(numbers(e.A));
-    w.reals(std::vector<double>(e.order.begin(), e.order.end()));
-    w.reals(e.costs);
-  }
+  for (const double v : {s.sigma, s.curve_gain.from}) w.real(v);
+  for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) w.reals(numbers(*m));
+  w.reals(s.costs);
   w.integer(s.elites.size());
   for (const ContextualCmaState::Elite& e : s.elites) {
     w.integer(e.generation);
@@ -651,12 +584,7 @@ std::string ContextualCma::save() const {
     w.reals(e.costs);
   }
   writeStop(w, s.stop);
-  w.integer(best_.has_value());
-  if (best_) {
-    w.reals(numbers(best_->curve.points));
-    w.real(best_->cost);
-    w.reals(best_->task_costs);
-  }
+  race_.save(w);
   w.integer(told_.size());
   for (const auto& told : told_) w.reals(told ? *told : std::vector<double>());
   return w.finish();
@@ -680,20 +608,10 @@ void ContextualCma::restore(std::string_view text) {
   s.restarts = static_cast<int>(r.integer());
   s.lambda = static_cast<int>(r.integer());
   s.all_failed = static_cast<int>(r.integer());
-  for (std::uint64_t* v : {&s.first_trial, &s.raced, &s.curve_gain.since, &s.race_gain.since}) {
-    *v = r.integer();
-  }
-  for (double* v : {&s.sigma, &s.best_cost, &s.curve_gain.from, &s.race_gain.from, &s.race_sigma})
-    *v = r.real();
-  for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c, &s.best_A}) r.reals(numbers(*m));
-  for (std::vector<double>* v : {&s.costs, &s.best_task_costs, &s.least}) *v = r.reals();
-  s.entrants.resize(r.integer());
-  for (ContextualCmaState::Entrant& e : s.entrants) {
-    e.A.resize(dimension(), options_.control_points);
-    r.reals(numbers(e.A));
-    for (const double task : r.reals()) e.order.push_back(static_cast<int>(task));
-    e.costs = r.reals();
-  }
+  s.curve_gain.since = r.integer();
+  for (double* v : {&s.sigma, &s.curve_gain.from}) *v = r.real();
+  for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.reals(numbers(*m));
+  s.costs = r.reals();
   s.elites.resize(r.integer());
   for (ContextualCmaState::Elite& e : s.elites) {
     e.generation = r.integer();
@@ -703,14 +621,8 @@ void ContextualCma::restore(std::string_view text) {
     r.reals(e.costs);
   }
   s.stop = readStop(r);
-  std::optional<Family> best;
-  if (r.integer() != 0) {
-    best.emplace();
-    best->curve = {Curve::Kind::kBezier, MatrixXd(dimension(), options_.control_points), bounds_};
-    r.reals(numbers(best->curve.points));
-    best->cost = r.real();
-    best->task_costs = r.reals();
-  }
+  CurveRace race(tasks());
+  race.restore(r, dimension(), options_.control_points);
   std::vector<std::optional<std::vector<double>>> all_told(r.integer());
   int count = 0;
   for (auto& told : all_told) {
@@ -721,7 +633,7 @@ void ContextualCma::restore(std::string_view text) {
   }
   r.finish();
   state_ = std::move(s);
-  best_ = std::move(best);
+  race_ = std::move(race);
   told_ = std::move(all_told);
   told_count_ = count;
   drawn_ = false;

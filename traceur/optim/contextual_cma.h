@@ -4,6 +4,7 @@
 
 #include "traceur/core/random.h"
 #include "traceur/optim/bound_fold.h"
+#include "traceur/optim/curve_race.h"
 #include "traceur/optim/family.h"
 #include "traceur/optim/symmetric_eigen.h"
 
@@ -45,9 +46,8 @@ struct ContextualCmaOptions {
 
 /// Everything it remembers from one generation to the next, in units of scale.
 struct ContextualCmaState {
-  std::uint64_t generation = 0;   ///< generations told
-  std::uint64_t trials = 0;       ///< of all generations told: the next candidate's id
-  std::uint64_t first_trial = 0;  ///< of this run
+  std::uint64_t generation = 0;  ///< generations told
+  std::uint64_t trials = 0;      ///< of all generations told: the next candidate's id
   int restarts = 0;
   int lambda = 0;             ///< samples per generation of this run
   std::uint64_t updates = 0;  ///< of this run
@@ -65,29 +65,9 @@ struct ContextualCmaState {
     VectorXd x;                    ///< (n) before folding
     std::vector<double> costs;     ///< (M), NaN where it says nothing
   };
-  std::vector<Elite> elites;            ///< of this run's last elite_generations, oldest first
-  std::vector<double> costs;            ///< of this run's curves, in order
-  MatrixXd best_A;                      ///< (n x K) of this run's best curve
-  double best_cost = 0;                 ///< its mean cost; ∞ before the first
-  std::vector<double> best_task_costs;  ///< (M)
-  std::vector<double> least;            ///< (M) of all trials; ∞ before the first
-  /// How long ago a cost fell by a fifth.
-  struct Gain {
-    double from = std::numeric_limits<double>::infinity();  ///< what counts is a fifth below
-    std::uint64_t since = 0;
-    void note(double cost, std::uint64_t passed);
-  };
-  Gain curve_gain;          ///< of this run's mean curves, in curves
-  Gain race_gain;           ///< of best_cost in this race, in trials
-  std::uint64_t raced = 0;  ///< this run's trials in races
-  /// A curve in the race.
-  struct Entrant {
-    MatrixXd A;                 ///< (n x K)
-    std::vector<int> order;     ///< the tasks, as its points are run
-    std::vector<double> costs;  ///< of those that have been
-  };
-  std::vector<Entrant> entrants;  ///< none: no race is on
-  double race_sigma = 0;          ///< step size of the race, in units of σ C^(1/2)
+  std::vector<Elite> elites;  ///< of this run's last elite_generations, oldest first
+  std::vector<double> costs;  ///< of this run's curves, in order
+  Gain curve_gain;            ///< of this run's curves, in curves
   std::optional<Stop> stop;
 };
 
@@ -120,19 +100,11 @@ struct ContextualCmaState {
 /// with y_ki = (x_k - m_i)/σ. μ_w = K / tr(G⁻¹ Φ S Φᵀ), S_ij = h_i h_j Σ_k w_ki w_kj, makes p_σ
 /// standard normal under random ranks: it counts samples that serve several tasks once.
 ///
-/// Races. Each task's samples pull the curve towards what suits that task. Where no curve suits
-/// them all the pulls cancel while it still misses, and where costs are rough its cost is mostly
-/// luck. After stagnation_curves mean curves without a gain, curves about the best one race:
-/// control points A + σ_r σ C^(1/2) N(0, I), one point of each per generation, first the task that
-/// costs the best curve most. A curve drops out as soon as it could not win even if its other
-/// points were as good as any trial was there,
-///
-///     Σ_run f_i + Σ_left min f_i ≥ Σ_i f_i(best)
-///
-/// so that a hopeless one costs a trial or two instead of M. A winner is the new best, and σ_r
-/// grows by a half; for a loser it shrinks by 4 %, from 0.03 back to 1. Samples are drawn again,
-/// from the distribution as it was, when 15 % of the run's trials have brought no gain or races
-/// have had race_share of them. Only before the first restart.
+/// Each task's samples pull the curve towards what suits that task. Where no curve suits them all
+/// the pulls cancel while it still misses, and where costs are rough its cost is mostly luck. After
+/// stagnation_curves mean curves without a gain, curves about the best one race (CurveRace),
+/// control points A + σ_r σ C^(1/2) N(0, I). Samples are drawn again, from the distribution as it
+/// was, when 15 % of all trials have brought no gain or races have had race_share of them.
 ///
 /// Linear-in-features means and one covariance as in contextual CMA-ES [Abdolmaleki2017]; that
 /// every sample is scored and weighted for every task, the elites, the races and the restarts are
@@ -151,12 +123,13 @@ class ContextualCma : public FamilyOptimizer {
   std::vector<Candidate> ask() override;
   void tell(std::uint64_t id, const Evaluation& evaluation) override;
   std::optional<Stop> stopped() const override { return state_.stop; }
-  std::optional<Family> best() const override { return best_; }
+  std::optional<Family> best() const override;
   std::string save() const override;
   void restore(std::string_view state) override;
 
   const ContextualCmaOptions& options() const { return options_; }  ///< defaults of 0 filled in
   const ContextualCmaState& state() const { return state_; }
+  const CurveRace& race() const { return race_; }
 
  private:
   int dimension() const { return static_cast<int>(options_.x0.size()); }
@@ -171,10 +144,9 @@ class ContextualCma : public FamilyOptimizer {
   void keepElites(const MatrixXd& all_costs);
   MatrixXd unbroken(MatrixXd A) const;
   void noteCurve();
-  void noteBest(const MatrixXd& A, double cost, std::vector<double> task_costs);
   bool raceIsDue() const;
-  void enter(int count);
-  void race();
+  CurveRace::Draw aboutTheBest() const;
+  void runRace();
   void endRunIfDone(bool anything);
   Curve curve(const MatrixXd& A) const;
   std::uint64_t fingerprint() const;
@@ -184,7 +156,7 @@ class ContextualCma : public FamilyOptimizer {
   VectorXd w_;    // (M) the tasks along the curve
   MatrixXd Phi_;  // (K x M) φ_i in columns
   ContextualCmaState state_;
-  std::optional<Family> best_;
+  CurveRace race_;
   // Of the current generation: (M) costs of each candidate, NaN where it says nothing.
   std::vector<std::optional<std::vector<double>>> told_;
   int told_count_ = 0;
