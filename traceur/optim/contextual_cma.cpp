@@ -35,9 +35,9 @@ constexpr double kSmallestEigenvalue = 1e-14;
 constexpr double kTolXUp = 1e4;
 /// The same below which a run may count as stagnating: it has settled somewhere [ours].
 constexpr double kSettled = 0.1;
-/// Part of all trials without a gain after which a race ends [ours; longer ones find more where
-/// costs are rough, and keep a search for longer where it should begin anew].
-constexpr double kRacePatience = 0.15;
+/// Generations' worth of trials without a gain after which a race ends [ours; longer ones find more
+/// kicks, and keep walks from the samples that they still gain by].
+constexpr int kRacePatience = 3;
 /// Generations in a row without a meaningful cost, as CmaEs.
 constexpr int kTolAllFailed = 20;
 
@@ -264,7 +264,12 @@ bool ContextualCma::raceIsDue() const {
   const ContextualCmaState& s = state_;
   return s.restarts == 0 && !s.stop && std::isfinite(race_.best().cost) &&
          s.curve_gain.since >= static_cast<std::uint64_t>(options_.stagnation_curves) &&
-         static_cast<double>(race_.trials()) < options_.race_share * static_cast<double>(s.trials);
+         !hasRacedEnough();
+}
+
+bool ContextualCma::hasRacedEnough() const {
+  return static_cast<double>(race_.trials()) >=
+         options_.race_share * static_cast<double>(state_.trials);
 }
 
 CurveRace::Draw ContextualCma::aboutTheBest() const {
@@ -289,9 +294,8 @@ void ContextualCma::runRace() {
   race_.tell(costs);
   ++state_.generation;
   state_.trials += told_.size();
-  const auto trials = static_cast<double>(state_.trials);
-  if (static_cast<double>(race_.gain().since) > kRacePatience * trials ||
-      static_cast<double>(race_.trials()) > options_.race_share * trials) {
+  const int patience = kRacePatience * (state_.lambda + tasks());
+  if (race_.gain().since > static_cast<std::uint64_t>(patience) || hasRacedEnough()) {
     race_.end();
     state_.curve_gain.since = 0;
   } else {

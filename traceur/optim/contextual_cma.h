@@ -104,7 +104,8 @@ struct ContextualCmaState {
 /// the pulls cancel while it still misses, and where costs are rough its cost is mostly luck. After
 /// stagnation_curves mean curves without a gain, curves about the best one race (CurveRace),
 /// control points A + σ_r σ C^(1/2) N(0, I). Samples are drawn again, from the distribution as it
-/// was, when 15 % of all trials have brought no gain or races have had race_share of them.
+/// was, when three generations' worth of trials have brought no gain or races have had race_share
+/// of all.
 ///
 /// Linear-in-features means and one covariance as in contextual CMA-ES [Abdolmaleki2017]; that
 /// every sample is scored and weighted for every task, the elites, the races and the restarts are
@@ -145,6 +146,7 @@ class ContextualCma : public FamilyOptimizer {
   MatrixXd unbroken(MatrixXd A) const;
   void noteCurve();
   bool raceIsDue() const;
+  bool hasRacedEnough() const;
   CurveRace::Draw aboutTheBest() const;
   void runRace();
   void endRunIfDone(bool anything);
