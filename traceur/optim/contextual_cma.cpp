@@ -20,7 +20,7 @@ namespace traceur::optim {
 namespace {
 
 constexpr std::string_view kKind = "contextual";
-constexpr std::uint64_t kStateVersion = 4;
+constexpr std::uint64_t kStateVersion = 3;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
@@ -35,9 +35,6 @@ constexpr double kSmallestEigenvalue = 1e-14;
 constexpr double kTolXUp = 1e4;
 /// The same below which a run may count as stagnating: it has settled somewhere [ours].
 constexpr double kSettled = 0.1;
-/// Generations' worth of trials without a gain after which a race ends [ours; longer ones find more
-/// kicks, and keep walks from the samples that they still gain by].
-constexpr int kRacePatience = 3;
 /// Generations in a row without a meaningful cost, as CmaEs.
 constexpr int kTolAllFailed = 20;
 
@@ -68,9 +65,6 @@ ContextualCmaOptions complete(ContextualCmaOptions o) {
   if (o.elite_generations < 0) {
     refuse("expected elite_generations ≥ 0, got {}", o.elite_generations);
   }
-  if (!(o.race_share >= 0 && o.race_share < 1)) {
-    refuse("expected race_share in [0, 1), got {}", o.race_share);
-  }
   if (!(o.tolstagnation >= 0)) refuse("expected tolstagnation ≥ 0, got {}", o.tolstagnation);
   if (!(o.tolx >= 0)) refuse("expected tolx ≥ 0, got {}", o.tolx);
   if (o.max_restarts < 0) refuse("expected max_restarts ≥ 0, got {}", o.max_restarts);
@@ -85,7 +79,6 @@ ContextualCma::ContextualCma(ContextualCmaOptions options)
       bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
       w_(taskPositions(kKind, options_.tasks)),
       Phi_(options_.control_points, w_.size()),
-      race_(static_cast<int>(w_.size())),
       eigen_(static_cast<int>(options_.x0.size())) {
   for (Eigen::Index i = 0; i < w_.size(); ++i) {
     Phi_.col(i) = bernstein(options_.control_points, w_[i]);
@@ -101,7 +94,6 @@ void ContextualCma::beginRun() {
   s.updates = s.samples = s.curves = 0;
   s.costs.clear();
   s.elites.clear();
-  s.curve_gain = {};
   s.sigma = options_.sigma;
   s.C = MatrixXd::Identity(n, n);
   s.p_sigma = MatrixXd::Zero(n, K);
@@ -125,18 +117,13 @@ void ContextualCma::beginRun() {
   drawn_ = false;
 }
 
-int ContextualCma::candidates() const {
-  if (race_.isOn()) return static_cast<int>(race_.entrants().size());
-  return state_.lambda + (curveIsDue() ? tasks() : 0);
-}
-
 bool ContextualCma::curveIsDue() const {
   return options_.curve_share * static_cast<double>(state_.samples) >=
          static_cast<double>(state_.curves + 1) * tasks();
 }
 
-Curve ContextualCma::curve(const MatrixXd& A) const {
-  return {Curve::Kind::kBezier, options_.scale.asDiagonal() * A, bounds_};
+Curve ContextualCma::curve() const {
+  return {Curve::Kind::kBezier, options_.scale.asDiagonal() * state_.A, bounds_};
 }
 
 void ContextualCma::draw() {
@@ -167,17 +154,9 @@ void ContextualCma::draw() {
 }
 
 std::vector<Candidate> ContextualCma::ask() {
-  std::vector<Candidate> asked;
-  if (race_.isOn()) {
-    for (size_t k = 0; k < told_.size(); ++k) {
-      if (told_[k]) continue;
-      const CurveRace::Entrant& e = race_.entrants()[k];
-      asked.push_back({state_.trials + k, curve(e.points).at(w_[e.nextTask()])});
-    }
-    return asked;
-  }
   if (!drawn_) draw();
-  const Curve mean = curve(state_.A);
+  std::vector<Candidate> asked;
+  const Curve mean = curve();
   for (int k = 0; k < static_cast<int>(told_.size()); ++k) {
     if (told_[k]) continue;
     VectorXd x(dimension());
@@ -212,18 +191,6 @@ void ContextualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
 }
 
 void ContextualCma::update() {
-  for (const auto& told : told_) race_.see(*told);
-  if (race_.isOn()) {
-    runRace();
-  } else {
-    learn();
-  }
-  told_.assign(candidates(), std::nullopt);
-  told_count_ = 0;
-  drawn_ = false;
-}
-
-void ContextualCma::learn() {
   if (!drawn_) draw();  // restored, and told without being asked
   const int M = tasks();
   if (static_cast<int>(told_.size()) > state_.lambda) noteCurve();
@@ -241,66 +208,21 @@ void ContextualCma::learn() {
   state_.trials += told_.size();
   state_.samples += state_.lambda;
   endRunIfDone(anything);
-  if (raceIsDue()) race_.begin(aboutTheBest());
+  told_.assign(candidates(), std::nullopt);
+  told_count_ = 0;
+  drawn_ = false;
 }
 
 void ContextualCma::noteCurve() {
-  CurveRace::Curve mean{state_.A, 0, std::vector<double>(tasks())};
-  for (int i = 0; i < tasks(); ++i) mean.task_costs[i] = (*told_[state_.lambda + i])[i];
-  mean.cost = std::accumulate(mean.task_costs.begin(), mean.task_costs.end(), 0.0) / tasks();
+  Family family{curve(), 0, {}};
+  for (int i = 0; i < tasks(); ++i) {
+    const double cost = (*told_[state_.lambda + i])[i];
+    family.task_costs.push_back(cost);
+    family.cost += cost / tasks();
+  }
   ++state_.curves;
-  state_.costs.push_back(std::isnan(mean.cost) ? kInfinity : mean.cost);
-  state_.curve_gain.note(state_.costs.back(), 1);
-  race_.offer(mean);
-}
-
-std::optional<Family> ContextualCma::best() const {
-  const CurveRace::Curve& best = race_.best();
-  if (!std::isfinite(best.cost)) return std::nullopt;
-  return Family{curve(best.points), best.cost, best.task_costs};
-}
-
-bool ContextualCma::raceIsDue() const {
-  const ContextualCmaState& s = state_;
-  return s.restarts == 0 && !s.stop && std::isfinite(race_.best().cost) &&
-         s.curve_gain.since >= static_cast<std::uint64_t>(options_.stagnation_curves) &&
-         !hasRacedEnough();
-}
-
-bool ContextualCma::hasRacedEnough() const {
-  return static_cast<double>(race_.trials()) >=
-         options_.race_share * static_cast<double>(state_.trials);
-}
-
-CurveRace::Draw ContextualCma::aboutTheBest() const {
-  SymmetricEigen eigen(dimension());
-  eigen.compute(state_.C);
-  const VectorXd D =
-      eigen.values().cwiseMax(kSmallestEigenvalue * eigen.values().maxCoeff()).cwiseSqrt();
-  return [this, B = MatrixXd(eigen.vectors()), D](double step_size, int number) {
-    Random random(options_.seed, state_.generation, number);
-    MatrixXd Z(dimension(), options_.control_points);
-    for (double& z : Z.reshaped()) z = random.normal();
-    const MatrixXd step = step_size * state_.sigma * (B * (D.asDiagonal() * Z));
-    return unbroken(race_.best().points + step);
-  };
-}
-
-void ContextualCma::runRace() {
-  std::vector<double> costs;
-  for (size_t k = 0; k < told_.size(); ++k) {
-    costs.push_back((*told_[k])[race_.entrants()[k].nextTask()]);
-  }
-  race_.tell(costs);
-  ++state_.generation;
-  state_.trials += told_.size();
-  const int patience = kRacePatience * (state_.lambda + tasks());
-  if (race_.gain().since > static_cast<std::uint64_t>(patience) || hasRacedEnough()) {
-    race_.end();
-    state_.curve_gain.since = 0;
-  } else {
-    race_.fill(aboutTheBest());
-  }
+  state_.costs.push_back(std::isnan(family.cost) ? kInfinity : family.cost);
+  if (family.cost < (best_ ? best_->cost : kInfinity)) best_ = std::move(family);
 }
 
 void ContextualCma::adapt(const MatrixXd& all_costs) {
@@ -552,14 +474,11 @@ std::uint64_t ContextualCma::fingerprint() const {
   StateWriter w("options", kStateVersion);
   const ContextualCmaOptions& o = options_;
   for (const VectorXd* v : {&o.tasks, &o.x0, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
-  for (const double v :
-       {o.sigma, o.curve_share, o.race_share, o.tolx, o.tolstagnation, o.lambda_factor}) {
+  for (const double v : {o.sigma, o.curve_share, o.tolx, o.tolstagnation, o.lambda_factor})
     w.real(v);
-  }
   for (const int v :
-       {o.control_points, o.lambda, o.max_restarts, o.stagnation_curves, o.elite_generations}) {
+       {o.control_points, o.lambda, o.max_restarts, o.stagnation_curves, o.elite_generations})
     w.integer(v);
-  }
   w.integer(o.seed);
   Hash hash;
   hash.add(w.finish());
@@ -575,10 +494,10 @@ std::string ContextualCma::save() const {
   for (const std::uint64_t v :
        {s.generation, s.trials, s.updates, s.samples, s.curves,
         static_cast<std::uint64_t>(s.restarts), static_cast<std::uint64_t>(s.lambda),
-        static_cast<std::uint64_t>(s.all_failed), s.curve_gain.since}) {
+        static_cast<std::uint64_t>(s.all_failed)}) {
     w.integer(v);
   }
-  for (const double v : {s.sigma, s.curve_gain.from}) w.real(v);
+  w.real(s.sigma);
   for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) w.reals(numbers(*m));
   w.reals(s.costs);
   w.integer(s.elites.size());
@@ -588,7 +507,12 @@ std::string ContextualCma::save() const {
     w.reals(e.costs);
   }
   writeStop(w, s.stop);
-  race_.save(w);
+  w.integer(best_.has_value());
+  if (best_) {
+    w.reals(numbers(best_->curve.points));
+    w.real(best_->cost);
+    w.reals(best_->task_costs);
+  }
   w.integer(told_.size());
   for (const auto& told : told_) w.reals(told ? *told : std::vector<double>());
   return w.finish();
@@ -612,8 +536,7 @@ void ContextualCma::restore(std::string_view text) {
   s.restarts = static_cast<int>(r.integer());
   s.lambda = static_cast<int>(r.integer());
   s.all_failed = static_cast<int>(r.integer());
-  s.curve_gain.since = r.integer();
-  for (double* v : {&s.sigma, &s.curve_gain.from}) *v = r.real();
+  s.sigma = r.real();
   for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.reals(numbers(*m));
   s.costs = r.reals();
   s.elites.resize(r.integer());
@@ -625,8 +548,14 @@ void ContextualCma::restore(std::string_view text) {
     r.reals(e.costs);
   }
   s.stop = readStop(r);
-  CurveRace race(tasks());
-  race.restore(r, dimension(), options_.control_points);
+  std::optional<Family> best;
+  if (r.integer() != 0) {
+    best.emplace();
+    best->curve = {Curve::Kind::kBezier, MatrixXd(dimension(), options_.control_points), bounds_};
+    r.reals(numbers(best->curve.points));
+    best->cost = r.real();
+    best->task_costs = r.reals();
+  }
   std::vector<std::optional<std::vector<double>>> all_told(r.integer());
   int count = 0;
   for (auto& told : all_told) {
@@ -637,7 +566,7 @@ void ContextualCma::restore(std::string_view text) {
   }
   r.finish();
   state_ = std::move(s);
-  race_ = std::move(race);
+  best_ = std::move(best);
   told_ = std::move(all_told);
   told_count_ = count;
   drawn_ = false;

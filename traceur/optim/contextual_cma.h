@@ -1,10 +1,9 @@
 // Contextual CMA-ES: one normal distribution whose mean is a curve over the tasks, and every trial
-// teaches it about all of them. Where that no longer helps, curves race each other.
+// teaches it about all of them.
 #pragma once
 
 #include "traceur/core/random.h"
 #include "traceur/optim/bound_fold.h"
-#include "traceur/optim/curve_race.h"
 #include "traceur/optim/family.h"
 #include "traceur/optim/symmetric_eigen.h"
 
@@ -30,10 +29,6 @@ struct ContextualCmaOptions {
   /// Generations whose best samples take part once more; 0: off [ours; of 40 searches past the
   /// ledge of the test GoesWhereALuckySampleWas 28 arrive with 5, 2 with 0; 10 are no better].
   int elite_generations = 5;
-  /// Part of the first run's trials that races may take, when its last stagnation_curves curves
-  /// were no gain of a fifth; 0: no races. Later runs have none: more samples are to help there
-  /// [ours].
-  double race_share = 0.5;
   /// A run ends when σ·√(largest eigenvalue of C) falls below tolx·σ₀, or when it has settled and
   /// the least cost of its last stagnation_curves curves is not lower by the fraction tolstagnation
   /// than the least before. The next one begins anew with lambda_factor times as many samples.
@@ -67,7 +62,6 @@ struct ContextualCmaState {
   };
   std::vector<Elite> elites;  ///< of this run's last elite_generations, oldest first
   std::vector<double> costs;  ///< of this run's curves, in order
-  Gain curve_gain;            ///< of this run's curves, in curves
   std::optional<Stop> stop;
 };
 
@@ -100,16 +94,8 @@ struct ContextualCmaState {
 /// with y_ki = (x_k - m_i)/σ. μ_w = K / tr(G⁻¹ Φ S Φᵀ), S_ij = h_i h_j Σ_k w_ki w_kj, makes p_σ
 /// standard normal under random ranks: it counts samples that serve several tasks once.
 ///
-/// Each task's samples pull the curve towards what suits that task. Where no curve suits them all
-/// the pulls cancel while it still misses, and where costs are rough its cost is mostly luck. After
-/// stagnation_curves mean curves without a gain, curves about the best one race (CurveRace),
-/// control points A + σ_r σ C^(1/2) N(0, I). Samples are drawn again, from the distribution as it
-/// was, when three generations' worth of trials have brought no gain or races have had race_share
-/// of all.
-///
 /// Linear-in-features means and one covariance as in contextual CMA-ES [Abdolmaleki2017]; that
-/// every sample is scored and weighted for every task, the elites, the races and the restarts are
-/// ours.
+/// every sample is scored and weighted for every task, the elites and the restarts are ours.
 ///
 /// Failures, bounds and scale as in CmaEs: a failed trial never gets a positive weight. A curve
 /// with a bound between its tasks is handed out broken, folded there: the control points beyond are
@@ -124,33 +110,27 @@ class ContextualCma : public FamilyOptimizer {
   std::vector<Candidate> ask() override;
   void tell(std::uint64_t id, const Evaluation& evaluation) override;
   std::optional<Stop> stopped() const override { return state_.stop; }
-  std::optional<Family> best() const override;
+  std::optional<Family> best() const override { return best_; }
   std::string save() const override;
   void restore(std::string_view state) override;
 
   const ContextualCmaOptions& options() const { return options_; }  ///< defaults of 0 filled in
   const ContextualCmaState& state() const { return state_; }
-  const CurveRace& race() const { return race_; }
 
  private:
   int dimension() const { return static_cast<int>(options_.x0.size()); }
   int tasks() const { return static_cast<int>(options_.tasks.size()); }
   bool curveIsDue() const;
-  int candidates() const;
+  int candidates() const { return state_.lambda + (curveIsDue() ? tasks() : 0); }
   void beginRun();
   void draw();
   void update();
-  void learn();
   void adapt(const MatrixXd& all_costs);
   void keepElites(const MatrixXd& all_costs);
   MatrixXd unbroken(MatrixXd A) const;
   void noteCurve();
-  bool raceIsDue() const;
-  bool hasRacedEnough() const;
-  CurveRace::Draw aboutTheBest() const;
-  void runRace();
   void endRunIfDone(bool anything);
-  Curve curve(const MatrixXd& A) const;
+  Curve curve() const;
   std::uint64_t fingerprint() const;
 
   ContextualCmaOptions options_;
@@ -158,7 +138,7 @@ class ContextualCma : public FamilyOptimizer {
   VectorXd w_;    // (M) the tasks along the curve
   MatrixXd Phi_;  // (K x M) φ_i in columns
   ContextualCmaState state_;
-  CurveRace race_;
+  std::optional<Family> best_;
   // Of the current generation: (M) costs of each candidate, NaN where it says nothing.
   std::vector<std::optional<std::vector<double>>> told_;
   int told_count_ = 0;

@@ -139,7 +139,7 @@ TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) 
         const auto optimizer = made(
             problem, {.seed = seed, .control_points = control_points, .x0 = VectorXd::Zero(6)});
         const Summary s = minimise(problem, *optimizer,
-                                   {.budget = control_points == 2 ? 2500 : 8000, .target = 1e-3});
+                                   {.budget = control_points == 2 ? 1500 : 8000, .target = 1e-3});
         EXPECT_EQ(s.end, End::kTarget) << above << control_points << " seed " << seed;
       }
     }
@@ -182,62 +182,6 @@ TEST(ContextualCma, GoesWhereALuckySampleWas) {
   };
   EXPECT_LE(reached(0), 4);
   EXPECT_GE(reached(5), 10);
-}
-
-/// What a trial achieves is asked to be each task, and is rough.
-class Achieving : public Moving {
- public:
-  Achieving() : Moving(5, 6, false) {}
-  Evaluation evaluate(const VectorXd& x) const override {
-    const double achieved = x[0] + 0.02 * std::sin(300 * x.sum());
-    Evaluation e{.cost = 0};
-    for (int i = 0; i < 6; ++i) {
-      e.task_costs.push_back(std::pow(achieved - (-0.6 + 0.24 * i), 2));
-      e.cost += e.task_costs.back() / 6;
-    }
-    return e;
-  }
-};
-
-ContextualCmaOptions achieving(const Problem& problem, std::uint64_t seed, double race_share) {
-  return {.tasks = problem.tasks(),
-          .x0 = VectorXd::Zero(5),
-          .sigma = 0.2,
-          .scale = VectorXd::Constant(5, 2),
-          .lower = problem.lower(),
-          .upper = problem.upper(),
-          .seed = seed,
-          .race_share = race_share};
-}
-
-TEST(ContextualCma, CurvesRaceWhereCostsAreRough) {
-  const Achieving problem;
-  const auto reached = [&](double race_share) {
-    int count = 0;
-    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-      ContextualCma optimizer(achieving(problem, seed, race_share));
-      count += minimise(problem, optimizer, {.budget = 2500, .target = 2e-5}).end == End::kTarget;
-    }
-    return count;
-  };
-  EXPECT_LE(reached(0), 10);
-  EXPECT_GE(reached(0.5), 15);
-}
-
-TEST(ContextualCma, GoesOnWithARaceThatWasSaved) {
-  const Achieving problem;
-  ContextualCma one(achieving(problem, 2, 0.5));
-  const auto generation = [&](ContextualCma& o) {
-    for (const Candidate& c : o.ask()) o.tell(c.id, problem.evaluate(c.x));
-  };
-  while (!one.race().isOn() || one.race().entrants()[0].costs.empty()) generation(one);
-  ContextualCma other(achieving(problem, 2, 0.5));
-  other.restore(one.save());
-  for (int k = 0; k < 200; ++k) {
-    generation(one);
-    generation(other);
-  }
-  EXPECT_EQ(one.save(), other.save());
 }
 
 TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
