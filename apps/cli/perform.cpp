@@ -58,7 +58,7 @@ nlohmann::ordered_json toJson(const Performance& p) {
 int performTasks(const Arguments& a, const FamilyRun& f) {
   const skill::Task& t = f.skill->task;
   nlohmann::ordered_json j;
-  std::vector<render::Image> strips;
+  std::vector<sim::Recording> recordings;
   skill::Runner runner(f.skill);
   bool failed = false;
   const std::vector<std::string> tasks = split(*a.tasks, ',');
@@ -79,12 +79,12 @@ int performTasks(const Arguments& a, const FamilyRun& f) {
       fmt::print("{}: {} {:.4g} {}, asked {:.4g} {}, error {:.2g} {}{}\n", f.skill->name, t.name,
                  p.rollout.achieved, t.unit, task, t.unit, p.error(), t.unit, fails);
     }
-    if (a.no_picture) continue;
-    strips.push_back(render::filmStrip(recording, {.count = a.count, .columns = a.count}));
+    if (!a.no_picture) recordings.push_back(std::move(recording));
   }
-  if (!strips.empty()) {
+  if (!recordings.empty()) {
     const fs::path picture = beside(a.run, name + ".png");
-    render::writePng(render::tile(strips, 1, 4), picture);
+    render::writePng(render::filmStrips(recordings, {.count = a.count, .columns = a.count}),
+                     picture);
     j["picture"] = picture.string();
     if (!a.json) fmt::print("{}\n", picture.string());
   }

@@ -20,6 +20,10 @@ std::string fitting(const Font& font, std::string text, int width, int height) {
   return text;
 }
 
+int gapOf(const FilmStripOptions& options) {
+  return std::max(2, options.panel_width / 80);
+}
+
 }  // namespace
 
 Image filmStrip(const sim::Recording& recording, const FilmStripOptions& options) {
@@ -74,7 +78,24 @@ Image filmStrip(const sim::Recording& recording, const FilmStripOptions& options
       font.draw(panel, margin, 0, letters, fitting(font, text, panel.width - 2 * margin, letters));
     }
   }
-  return tile(panels, columns, std::max(2, options.panel_width / 80));
+  return tile(panels, columns, gapOf(options));
+}
+
+Image filmStrips(std::span<const sim::Recording> recordings, FilmStripOptions options) {
+  if (options.camera.distance <= 0) {
+    double distance = 0;
+    for (const sim::Recording& r : recordings) {
+      Offscreen offscreen(sim::Model::fromMjcf(r.mjcf),
+                          {.width = options.panel_width, .height = options.panel_height});
+      for (const Camera& camera : offscreen.aim(r.frames, options.camera)) {
+        distance = std::max(distance, camera.distance);
+      }
+    }
+    options.camera.distance = distance;
+  }
+  std::vector<Image> strips;
+  for (const sim::Recording& r : recordings) strips.push_back(filmStrip(r, options));
+  return tile(strips, 1, gapOf(options));
 }
 
 }  // namespace traceur::render

@@ -1,6 +1,7 @@
 // A motion on paper: panels side by side with their times.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "traceur/render/offscreen.h"
@@ -24,5 +25,9 @@ struct FilmStripOptions {
 /// @throws InputError for an empty recording, a time outside it, sizes out of range; SystemError
 /// when there is no off-screen context
 Image filmStrip(const sim::Recording& recording, const FilmStripOptions& options = {});
+
+/// One film strip for each recording, under each other, all taken from equally far.
+/// @throws as filmStrip; InputError for no recording
+Image filmStrips(std::span<const sim::Recording> recordings, FilmStripOptions options = {});
 
 }  // namespace traceur::render

@@ -19,10 +19,11 @@ namespace traceur::render {
 namespace {
 
 constexpr int kLeastSide = 16;
-constexpr int kMostSide = 8192;       // OSMesa allows twice this
-constexpr int kMostGeoms = 2000;      // of a scene, decoration included
-constexpr double kFieldOfView = 30;   // vertical [deg]; long lens, little distortion [ours]
-constexpr double kFill = 0.80;        // of the picture's sides the robot may take [ours]
+constexpr int kMostSide = 8192;      // OSMesa allows twice this
+constexpr int kMostGeoms = 2000;     // of a scene, decoration included
+constexpr double kFieldOfView = 30;  // vertical [deg]; long lens, little distortion [ours]
+constexpr double kFill = 0.80;       // of the picture's sides the robot may take [ours]
+constexpr double kNear = 3;  // sizes; a prop farther from the robot may leave the picture [ours]
 constexpr double kFollowTime = 0.15;  // standard deviation of the follower's Gaussian [s] [ours]
 constexpr int kPasses = 9;            // drawings of Quality::kFine [ours]
 constexpr double kSunRadius =
@@ -152,7 +153,9 @@ struct Offscreen::State {
 
   void pose(const sim::Frame& frame);
   /// The robot as posed, along some axes from a point. The point of origin for an empty world.
+  Box geomBox(int geom, const Axes& axes, const Vector3d& from) const;
   Box robotBox(const Axes& axes, const Vector3d& from = Vector3d::Zero()) const;
+  Box subjectBox(const Axes& axes, const Vector3d& from = Vector3d::Zero()) const;
   std::vector<Camera> aim(std::span<const sim::Frame> motion, const Camera& camera);
   double distanceFor(const Box& box) const;
   Image render(const Camera& camera);
@@ -171,6 +174,7 @@ struct Offscreen::State {
   mjrContext context;
   mjvOption show;
   std::vector<int> robot_geoms;  // all geoms where there is no robot
+  std::vector<int> prop_geoms;   // of bodies that move beside the robot: a ball
   double size = 1;               // of the robot [m]
   std::vector<std::uint8_t> pixels;
 };
@@ -188,9 +192,17 @@ Offscreen::State::State(std::shared_ptr<const sim::Model> model_in,
     const bool visible = m->geom_group[g] < mjNGROUP && show.geomgroup[m->geom_group[g]];
     if (!visible || m->geom_type[g] == mjGEOM_PLANE) continue;
     all_geoms.push_back(g);
-    if (model->isRobot({m->geom_bodyid[g]})) robot_geoms.push_back(g);
+    const sim::BodyId body{m->geom_bodyid[g]};
+    if (model->isRobot(body)) {
+      robot_geoms.push_back(g);
+    } else if (!model->isStatic(body)) {
+      prop_geoms.push_back(g);
+    }
   }
-  if (robot_geoms.empty()) robot_geoms = all_geoms;
+  if (robot_geoms.empty()) {
+    robot_geoms = all_geoms;
+    prop_geoms.clear();
+  }
   mj_kinematics(m, d);
   const Box box = robotBox(kWorldAxes);
   size = robot_geoms.empty() ? m->stat.extent : (box.high - box.low).maxCoeff();
@@ -253,19 +265,34 @@ void Offscreen::State::pose(const sim::Frame& frame) {
   mj_tendon(m, d);
 }
 
+Box Offscreen::State::geomBox(int geom, const Axes& axes, const Vector3d& from) const {
+  const Eigen::Map<const Vector3d> centre(d->geom_xpos + size_t{3} * geom);
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(d->geom_xmat +
+                                                                         size_t{9} * geom);
+  Box box;
+  for (int k = 0; k < 3; ++k) {
+    const double middle = axes[k].dot(centre - from);
+    const double half = halfExtent(m, geom, R.transpose() * axes[k]);
+    box.low[k] = middle - half;
+    box.high[k] = middle + half;
+  }
+  return box;
+}
+
 Box Offscreen::State::robotBox(const Axes& axes, const Vector3d& from) const {
   if (robot_geoms.empty()) return {-from, -from};
   Box box;
-  for (const int g : robot_geoms) {
-    const Eigen::Map<const Vector3d> centre(d->geom_xpos + size_t{3} * g);
-    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(d->geom_xmat +
-                                                                           size_t{9} * g);
-    for (int k = 0; k < 3; ++k) {
-      const double middle = axes[k].dot(centre - from);
-      const double half = halfExtent(m, g, R.transpose() * axes[k]);
-      box.low[k] = std::min(box.low[k], middle - half);
-      box.high[k] = std::max(box.high[k], middle + half);
-    }
+  for (const int g : robot_geoms) box.include(geomBox(g, axes, from));
+  return box;
+}
+
+/// Around the robot and the props near it.
+Box Offscreen::State::subjectBox(const Axes& axes, const Vector3d& from) const {
+  Box box = robotBox(axes, from);
+  const Vector3d robot = box.middle();
+  for (const int g : prop_geoms) {
+    const Box prop = geomBox(g, axes, from);
+    if ((prop.middle() - robot).norm() < kNear * size) box.include(prop);
   }
   return box;
 }
@@ -283,14 +310,15 @@ std::vector<Camera> Offscreen::State::aim(std::span<const sim::Frame> motion,
                                           const Camera& camera) {
   std::vector<Camera> cameras(motion.size(), camera);
   if (!camera.look_at) {
-    std::vector<Vector3d> com;
+    std::vector<Vector3d> com;  // moved as far as props move the middle
     std::vector<Box> boxes;
     Box whole;
     for (const sim::Frame& frame : motion) {
       pose(frame);
       com.emplace_back(Eigen::Map<const Vector3d>(d->subtree_com +
                                                   size_t{3} * std::max(0, model->root().value)));
-      boxes.push_back(robotBox(kWorldAxes));
+      boxes.push_back(subjectBox(kWorldAxes));
+      if (!prop_geoms.empty()) com.back() += boxes.back().middle() - robotBox(kWorldAxes).middle();
       whole.include(boxes.back());
     }
     // Slow enough to be smooth, fast enough to keep a falling robot in the picture.
@@ -337,7 +365,7 @@ std::vector<Camera> Offscreen::State::aim(std::span<const sim::Frame> motion,
     double distance = 0;
     for (size_t i = 0; i < motion.size(); ++i) {
       pose(motion[i]);
-      distance = std::max(distance, distanceFor(robotBox(axes, *cameras[i].look_at)));
+      distance = std::max(distance, distanceFor(subjectBox(axes, *cameras[i].look_at)));
     }
     for (Camera& c : cameras) c.distance = distance;
   }

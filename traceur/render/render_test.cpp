@@ -409,6 +409,43 @@ TEST(Offscreen, CameraFollowsSmoothlyOrStandsStill) {
   EXPECT_EQ(given[7].distance, 4);
 }
 
+TEST(Offscreen, CameraKeepsARollingBallInThePictureWhileItIsNear) {
+  std::string mjcf = kMjcf;
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"1 0 0 1", "0.5 0.5 0.5 1"},
+                                 {"</worldbody>",
+                                  R"(<body name="ball" pos="0.2 0 0.04"><freejoint/>
+                                     <geom type="sphere" size="0.04" rgba="1 0 0 1"/></body>
+                                     </worldbody>)"}}) {
+    mjcf.replace(mjcf.find(from), from.size(), to);
+  }
+  const auto model = sim::Model::fromMjcf(mjcf);
+  ASSERT_TRUE(model->isRobot(model->body("trunk")));
+  Offscreen offscreen(model);
+  const auto roll = [&](double x) {
+    std::vector<sim::Frame> frames(51);
+    for (size_t i = 0; i < frames.size(); ++i) {
+      frames[i].state = model->initialState();
+      frames[i].state.time = 0.01 * static_cast<double>(i);
+      frames[i].state.q[9] = 0.2 + (x - 0.2) * static_cast<double>(i) / 50;
+    }
+    return frames;
+  };
+  const std::vector<sim::Frame> near = roll(0.9);
+  for (const bool follow : {true, false}) {
+    const auto cameras = offscreen.aim(near, {.view = View::kSide, .follow = follow});
+    for (const size_t i : {size_t{0}, size_t{25}, size_t{50}}) {
+      const Image image = offscreen.draw(near[i], cameras[i]);
+      const Patch red = find(image, Hue::kRed);
+      EXPECT_GT(red.pixels, 50);
+      EXPECT_GT(find(image, Hue::kBlue).pixels, 300);
+      EXPECT_TRUE(red.left > 2 && red.right < 317) << follow << i << " " << red.right;
+    }
+  }
+  // Three sizes away it is left behind, and the robot in the middle again.
+  const std::vector<sim::Frame> far = roll(10);
+  EXPECT_NEAR(offscreen.aim(far, {.view = View::kSide}).back().look_at->x(), 0, 0.01);
+}
+
 TEST(Offscreen, RefusesWhatItCannotDraw) {
   EXPECT_THROW(Offscreen(testModel(), {.width = 0}), InputError);
   EXPECT_THROW(Offscreen(testModel(), {.height = 100000}), InputError);
@@ -535,6 +572,32 @@ TEST(FilmStrip, PanelsSideBySideAndChosenTimes) {
   EXPECT_THROW(filmStrip(r, {.count = 100000}), InputError);
   EXPECT_THROW(filmStrip(r, {.columns = -1}), InputError);
   EXPECT_THROW(filmStrip(r, {.panel_width = 3}), InputError);
+}
+
+TEST(FilmStrip, StripsUnderEachOtherAreOfOneScale) {
+  const sim::Recording upright = jump();
+  sim::Recording leaping = jump();  // needs more distance to be seen whole
+  for (sim::Frame& f : leaping.frames) f.state.q[0] *= 3;
+  const FilmStripOptions options = {.times = {0},
+                                    .panel_width = 120,
+                                    .panel_height = 90,
+                                    .camera = {.view = View::kSide, .follow = false},
+                                    .labels = false};
+  const auto size = [](const Image& image) {
+    const Patch red = find(image, Hue::kRed);
+    return red.bottom - red.top;
+  };
+  const int alone = size(filmStrip(upright, options));
+  const int far = size(filmStrip(leaping, options));
+  ASSERT_LT(far, 0.8 * alone);
+  const Image both = filmStrips(std::vector{upright, leaping}, options);
+  Image top(120, 90), bottom(120, 90);
+  paste(top, both, 0, 0);
+  paste(bottom, both, 0, -92);
+  EXPECT_EQ(both.height, 2 * 90 + 2);
+  EXPECT_NEAR(size(top), far, 1);
+  EXPECT_NEAR(size(bottom), far, 1);
+  EXPECT_THROW(filmStrips({}), InputError);
 }
 
 std::string probe(const fs::path& video) {
