@@ -20,7 +20,7 @@ namespace traceur::optim {
 namespace {
 
 constexpr std::string_view kKind = "contextual";
-constexpr std::uint64_t kStateVersion = 3;
+constexpr std::uint64_t kStateVersion = 4;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
@@ -238,16 +238,20 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
     return Eigen::RowVectorXd(y.colwise().squaredNorm());
   };
 
-  // The samples, and behind them each task's elite.
+  // The samples, and behind them each task's elite: once, however many tasks it is the best of.
   const double farthest = std::sqrt(n) + 2.0 * n / (n + 2);
-  std::vector<std::pair<const ContextualCmaState::Elite*, int>> elites;  // whose: of anchors_
+  std::vector<const ContextualCmaState::Elite*> elites;
+  std::vector<std::pair<int, int>> serves;  // an anchor and which elite
   for (int i = 0; i < M; ++i) {
     const ContextualCmaState::Elite* best = nullptr;
     for (const auto& e : s.elites) {
       const double cost = e.costs[anchors_[i]];
       if (!std::isnan(cost) && (!best || cost < best->costs[anchors_[i]])) best = &e;
     }
-    if (best && squared_lengths(best->x, i)[0] <= farthest * farthest) elites.push_back({best, i});
+    if (!best || squared_lengths(best->x, i)[0] > farthest * farthest) continue;
+    const auto known = std::find(elites.begin(), elites.end(), best);
+    serves.push_back({i, static_cast<int>(known - elites.begin())});
+    if (known == elites.end()) elites.push_back(best);
   }
   const int lambda = s.lambda + static_cast<int>(elites.size());
   MatrixXd X(n, lambda);
@@ -255,7 +259,7 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   X.leftCols(s.lambda) = X_;
   costs.leftCols(s.lambda) = all_costs(anchors_, Eigen::all);
   for (int k = s.lambda; k < lambda; ++k) {
-    const ContextualCmaState::Elite& e = *elites[k - s.lambda].first;
+    const ContextualCmaState::Elite& e = *elites[k - s.lambda];
     X.col(k) = e.x;
     costs.col(k) = Eigen::Map<const VectorXd>(e.costs.data(), tasks())(anchors_);
   }
@@ -269,7 +273,7 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
     r.col(k) = (-(squared.col(k).array() - nearest) / 2).exp();
     r.col(k) /= r.col(k).mean();
   }
-  for (int k = s.lambda; k < lambda; ++k) r(elites[k - s.lambda].second, k) = 1;
+  for (const auto& [i, e] : serves) r(i, s.lambda + e) = 1;
 
   MatrixXd W = MatrixXd::Zero(M, lambda);         // positive weights, rows sum to 1
   MatrixXd negative = MatrixXd::Zero(M, lambda);  // rows sum to -1
@@ -288,13 +292,13 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
     const double all = r.row(i).sum();
     double before = 0;
     for (auto k = order.begin(); k != order.end(); ++k) {
+      if (!(r(i, *k) > 0)) continue;  // another task's: its weight would be 0·∞
       const double share = before + r(i, *k) / 2;
       before += r(i, *k);
       if (k < meaningful) {
         W(i, *k) = r(i, *k) * std::max(0.0, -std::log(2 * share / total));
       }
-      const double low = r(i, *k) * std::min(0.0, -std::log(2 * share / all));
-      negative(i, *k) = k < meaningful ? low : kWeightOfFailure * low;
+      negative(i, *k) = r(i, *k) * std::min(0.0, -std::log(2 * share / all));
     }
     const double sum = W.row(i).sum();
     if (!(sum > 0)) {
@@ -365,7 +369,8 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
     const MatrixXd Y = (X.colwise() - old_A * Phi.col(i)) / s.sigma;
     VectorXd w = W.row(i).transpose();
     for (int k = 0; k < lambda; ++k) {
-      const double low = alpha * negative(i, k);
+      double low = alpha * negative(i, k);
+      if (std::isnan(costs(i, k))) low *= kWeightOfFailure;
       weight_sum += heard[i] * (w[k] + low);
       w[k] += low * n / std::max(squared(i, k), 1e-300);
     }
@@ -456,11 +461,12 @@ void ContextualCma::endRunIfDone(bool anything) {
              options_.tolstagnation > 0 && s.costs.size() > 2 * half && size < kSettled) {
     const double before = *std::min_element(s.costs.begin(), s.costs.end() - half);
     const double now = *std::min_element(s.costs.end() - half, s.costs.end());
-    const double gain = (before - now) / std::max(std::abs(before), 1e-300);
+    // Curves none of which is complete are no gain over each other.
+    const double gain = now < before ? (before - now) / std::max(std::abs(before), 1e-300) : 0;
     if (gain < options_.tolstagnation) end = Stop{"tolstagnation", gain, options_.tolstagnation};
   }
   if (!end) return;
-  if (s.restarts >= options_.max_restarts || s.all_failed > 0) {
+  if (s.restarts >= options_.max_restarts || end->reason == "tolallfailed") {
     s.stop = end;
     return;
   }

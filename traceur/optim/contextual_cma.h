@@ -27,7 +27,7 @@ struct ContextualCmaOptions {
   /// the end, later on a smooth cost by as much as it takes].
   double curve_share = 0.2;
   /// Generations whose best samples take part once more; 0: off [ours; of 40 searches past the
-  /// ledge of the test GoesWhereALuckySampleWas 28 arrive with 5, 2 with 0; 10 are no better].
+  /// ledge of the test GoesWhereALuckySampleWas 26 arrive with 5, 2 with 0, 28 with 10].
   int elite_generations = 5;
   /// A run ends when σ·√(largest eigenvalue of C) falls below tolx·σ₀, or when it has settled and
   /// the least cost of its last stagnation_curves curves is not lower by the fraction tolstagnation
@@ -78,9 +78,10 @@ struct ContextualCmaState {
 ///
 ///     w_ki ∝ r_ki max(0, -ln 2u_ki),  Σ_k w_ki = 1;   negative ones from the other half
 ///
-/// The best sample of task i among the last generations is one more of its samples, with r = 1,
-/// while it lies within √n + 2n/(n+2) standard deviations of m_i, the bound to which [Hansen2011]
-/// clips what is injected: a lucky one, the first jump that lands, is not lost with its generation.
+/// The best sample of task i among the last generations is one more of its samples, with r = 1
+/// (0 for tasks of which it is not the best), while it lies within √n + 2n/(n+2) standard
+/// deviations of m_i, the bound to which [Hansen2011] clips what is injected: a lucky one, the
+/// first jump that lands, is not lost with its generation.
 ///
 /// One least-squares fit moves the curve, each task weighted by h_i, Σ h_i = 1: how much importance
 /// its meaningful samples have, up to half of λ. CMA-ES [Hansen2016] does the rest:

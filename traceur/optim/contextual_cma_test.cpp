@@ -81,8 +81,9 @@ TEST(ContextualCma, MoreTasksCostHardlyMore) {
     for (std::uint64_t seed = 1; seed <= 9; ++seed) {
       const Moving problem(6, tasks, false);
       const auto optimizer = made(problem, {.seed = seed});
-      total +=
-          minimise(problem, *optimizer, {.budget = 20000, .target = 1e-6}).progress.evaluations;
+      const Summary s = minimise(problem, *optimizer, {.budget = 20000, .target = 1e-6});
+      EXPECT_EQ(s.end, End::kTarget);
+      total += s.progress.evaluations;
     }
     return total;
   };
@@ -184,6 +185,27 @@ TEST(ContextualCma, GoesWhereALuckySampleWas) {
   EXPECT_GE(reached(5), 10);
 }
 
+TEST(ContextualCma, ALuckySampleTeachesEveryTaskItIsTheBestOf) {
+  ContextualCma optimizer({.tasks = VectorXd::LinSpaced(2, 0, 1),
+                           .x0 = VectorXd::Zero(3),
+                           .scale = VectorXd::Ones(3),
+                           .lambda = 4});
+  const auto tellAll = [&](auto cost) {
+    const std::vector<Candidate> asked = optimizer.ask();
+    ASSERT_EQ(asked.size(), 4u);
+    for (size_t k = 0; k < 4; ++k) {
+      const double c = cost(k);
+      optimizer.tell(asked[k].id, {.cost = c, .task_costs = {c, c}});
+    }
+  };
+  const VectorXd lucky = optimizer.ask()[0].x;
+  tellAll([](size_t k) { return k == 0 ? 0.0 : 1.0; });
+  tellAll([](size_t k) { return k == 0 ? 2.0 : NAN; });  // nothing better than what is remembered
+  for (const auto& point : optimizer.state().A.colwise()) {
+    EXPECT_LT((point - lucky).norm(), 1e-6) << optimizer.state().A;
+  }
+}
+
 TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
   /// A wide basin with a floor of 1 and a narrow one that leads to 0.
   class Trap : public Moving {
@@ -211,6 +233,29 @@ TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
     EXPECT_EQ(optimizer.state().lambda, 32 << optimizer.state().restarts);
   }
   EXPECT_GE(reached, 4);
+}
+
+TEST(ContextualCma, BeginsAnewWhereNoCurveIsComplete) {
+  /// Trials for the last task fail where the others are at their best.
+  class Blind : public Moving {
+   public:
+    Blind() : Moving(2, 3, false) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      Evaluation e = Moving::evaluate(x);
+      if (x.norm() < 0.3) e.task_costs.back() = NAN;
+      e.task_costs[0] = e.task_costs[1] = x.squaredNorm();
+      return e;
+    }
+  };
+  const Blind problem;
+  ContextualCma optimizer({.tasks = problem.tasks(),
+                           .x0 = VectorXd::Zero(2),
+                           .lower = problem.lower(),
+                           .upper = problem.upper(),
+                           .control_points = 1,
+                           .tolx = 0});
+  minimise(problem, optimizer, {.budget = 4000});
+  EXPECT_GT(optimizer.state().restarts, 0);
 }
 
 TEST(ContextualCma, SaysWhyItStoppedWhenRestartsAreSpent) {
