@@ -154,7 +154,7 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
     ++p.evaluations;
     p.failed += row.failed;
     p.generation = row.generation + 1;
-    if (row.failed) continue;
+    if (!trial.evaluation.meaningful()) continue;
     if (!p.best || optim::better(trial.evaluation, p.best->evaluation)) p.best = trial;
   }
   return p;

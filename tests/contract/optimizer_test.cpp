@@ -369,6 +369,15 @@ TEST_P(OptimizerContract, CopesWithWhatTrialsMaySay) {
   }
 }
 
+TEST_P(OptimizerContract, AFamilyReachesATargetWithACurveNotWithATrial) {
+  if (!GetParam().family) GTEST_SKIP() << "single trials";
+  const FunctionProblem plain = boxed(3, sphere);
+  const Problem& problem = suited(plain);
+  const auto optimizer = make(problem);
+  EXPECT_EQ(minimise(problem, *optimizer, {.budget = 5000, .target = 1e6}).end, End::kTarget);
+  EXPECT_TRUE(dynamic_cast<const FamilyOptimizer&>(*optimizer).best());
+}
+
 TEST_P(OptimizerContract, FindsTheFeasiblePart) {
   if (GetParam().family) GTEST_SKIP() << "families rank by cost alone";
   // Feasible is a quarter of the box; the cost alone leads away from it.

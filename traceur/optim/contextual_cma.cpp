@@ -177,16 +177,7 @@ void ContextualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   }
   auto& told = told_[id - state_.trials];
   if (told) refuse("candidate {} has been told already", id);
-  std::vector<double> costs(tasks(), NAN);
-  if (!evaluation.failed && evaluation.task_costs.size() == costs.size()) {
-    for (size_t i = 0; i < costs.size(); ++i) {
-      const double c = evaluation.task_costs[i];
-      if (c < kInfinity) costs[i] = c;  // neither NaN nor +∞
-    }
-  } else if (evaluation.meaningful()) {
-    refuse("expected costs of {} tasks, got {}", tasks(), evaluation.task_costs.size());
-  }
-  told = std::move(costs);
+  told = costsOfTasks(kKind, evaluation, tasks());
   if (++told_count_ == static_cast<int>(told_.size())) update();
 }
 

@@ -18,8 +18,11 @@ VectorXd Curve::at(double w) const {
   } else if (K == 1) {
     x = points.col(0);
   } else {
-    const int k = std::min(static_cast<int>(w * (K - 1)), K - 2);
-    const double t = w * (K - 1) - k;
+    // A task's w, rounded, lies a hair beside its knot; it is the knot that was run.
+    const double nearest = std::round(w * (K - 1));
+    const double at = std::abs(w * (K - 1) - nearest) < 1e-9 ? nearest : w * (K - 1);
+    const int k = std::min(static_cast<int>(at), K - 2);
+    const double t = at - k;
     x = (1 - t) * points.col(k) + t * points.col(k + 1);
   }
   for (int i = 0; i < x.size(); ++i) x[i] = bounds.fold(i, x[i]);

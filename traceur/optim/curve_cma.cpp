@@ -160,16 +160,8 @@ void CurveCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   }
   const auto k = static_cast<int>(id - state_.first_id);
   if (told_[k]) refuse("candidate {} has been told already", id);
-  // A trial without any cost may leave out those of the tasks.
-  if (!evaluation.failed && (evaluation.meaningful() || !evaluation.task_costs.empty())) {
-    if (static_cast<int>(evaluation.task_costs.size()) != taskCount()) {
-      refuse("expected a trial's costs of {} tasks, got {}", taskCount(),
-             evaluation.task_costs.size());
-    }
-    for (int i = 0; i < taskCount(); ++i) {
-      if (meaningful(evaluation.task_costs[i])) costs_(i, k) = evaluation.task_costs[i];
-    }
-  }
+  const std::vector<double> costs = costsOfTasks(kKind, evaluation, taskCount());
+  costs_.col(k) = Eigen::Map<const VectorXd>(costs.data(), taskCount());
   told_[k] = true;
   if (++told_count_ == count()) update();
 }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
 #include "traceur/optim/contextual_cma.h"
@@ -24,6 +26,22 @@ const std::vector<FamilyOptimizerEntry>& allFamilyOptimizers() {
        makeNeighbourCma},
   };
   return kAll;
+}
+
+std::vector<double> costsOfTasks(std::string_view who, const Evaluation& evaluation, int tasks) {
+  std::vector<double> costs(tasks, NAN);
+  if (evaluation.failed || (!evaluation.meaningful() && evaluation.task_costs.empty())) {
+    return costs;
+  }
+  if (evaluation.task_costs.size() != costs.size()) {
+    throw InputError(fmt::format("{}: expected a trial's costs of {} tasks, got {}", who, tasks,
+                                 evaluation.task_costs.size()));
+  }
+  for (int i = 0; i < tasks; ++i) {
+    const double cost = evaluation.task_costs[i];
+    if (cost < std::numeric_limits<double>::infinity()) costs[i] = cost;  // neither NaN nor +∞
+  }
+  return costs;
 }
 
 const FamilyOptimizerEntry& findFamilyOptimizer(std::string_view name) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -28,15 +29,21 @@ class FamilyOptimizer : public Optimizer {
   /// The best curve whose points have all been run, the first of equals; nothing before the first.
   virtual std::optional<Family> best() const = 0;
 
+  /// +∞ before the first: what a single trial costs is no family's.
   std::optional<double> achieved() const override {
     const std::optional<Family> family = best();
-    return family ? std::optional(family->cost) : std::nullopt;
+    return family ? family->cost : std::numeric_limits<double>::infinity();
   }
 };
 
+/// (M) what a trial says about each task: its cost, NaN where it says nothing. A trial that failed
+/// says nothing; one without a cost may leave its tasks' out.
+/// @throws InputError, which begins with who it is told to, for costs of another number of tasks
+std::vector<double> costsOfTasks(std::string_view who, const Evaluation& evaluation, int tasks);
+
 struct FamilyOptions {
   std::uint64_t seed = 1;
-  int control_points = 2;  ///< K of the Bézier curve: 2 linear, 4 cubic
+  int control_points = 2;  ///< K ≤ M of the Bézier curve: 2 linear, 4 cubic
   int lambda = 0;          ///< trials per generation; 0: the optimiser's default
   /// The first standard deviation of variable i as a fraction of its box, upper - lower; of 1 where
   /// the box is not finite.

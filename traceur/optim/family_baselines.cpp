@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -18,7 +17,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::uint64_t kStateVersion = 1;
+constexpr std::uint64_t kStateVersion = 2;
 constexpr std::string_view kPhi = "cma";
 constexpr std::string_view kIndividual = "individual";
 /// Trials or curves per generation of the dissertation's baselines [Ha2015, §7.4].
@@ -26,19 +25,10 @@ constexpr int kLambda = 16;
 /// Generations of a turn [ours: long enough to leave the first step size, short enough that six
 /// tasks of 16 trials a generation have all had theirs after a thousand trials].
 constexpr int kTurn = 10;
+/// First step size of a task that begins at its neighbour's best, of the first task's [ours].
+constexpr double kWarmSigma = 0.5;
 /// Steps of the finest grid that tasks may lie on.
 constexpr int kFinest = 1000;
-
-/// Cost of the trial at the task; NaN where it says nothing about it.
-double costAt(std::string_view who, const Evaluation& evaluation, int task, int M) {
-  if (evaluation.failed || (!evaluation.meaningful() && evaluation.task_costs.empty())) return kNaN;
-  if (static_cast<int>(evaluation.task_costs.size()) != M) {
-    throw InputError(fmt::format("{}: expected a trial's costs of {} tasks, got {}", who, M,
-                                 evaluation.task_costs.size()));
-  }
-  const double cost = evaluation.task_costs[task];
-  return cost < kInfinity ? cost : kNaN;
-}
 
 /// The place of id in a generation.
 /// @throws InputError for an id that is not of this generation
@@ -156,7 +146,7 @@ std::vector<Candidate> PhiCma::ask() {
 void PhiCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   const size_t i = placeOf(kPhi, id, firstId(), told_.size());
   if (told_[i]) refuseAgain(kPhi, id);
-  told_[i] = costAt(kPhi, evaluation, static_cast<int>(i) % taskCount(), taskCount());
+  told_[i] = costsOfTasks(kPhi, evaluation, taskCount())[i % taskCount()];
   if (++told_count_ == count()) update();
 }
 
@@ -219,20 +209,9 @@ IndividualCma::IndividualCma(IndividualCmaOptions options)
   const auto refuse = [](std::string_view name, std::string_view expected, double got) {
     throw InputError(fmt::format("individual: expected {} {}, got {}", name, expected, got));
   };
-  if (options_.control_points < 0) refuse("control_points", "≥ 0", options_.control_points);
   if (options_.turn < 0) refuse("turn", "≥ 0", options_.turn);
   if (std::isnan(options_.target)) refuse("target", "a number", options_.target);
-  if (!(options_.warm_sigma > 0 && std::isfinite(options_.warm_sigma))) {
-    refuse("warm_sigma", "finite and > 0", options_.warm_sigma);
-  }
-  if (options_.control_points > 0) {
-    const int K = std::min(options_.control_points, taskCount());
-    MatrixXd basis(taskCount(), K);
-    for (int i = 0; i < taskCount(); ++i) basis.row(i) = bernstein(K, w_[i]).transpose();
-    fit_ = basis.completeOrthogonalDecomposition().pseudoInverse().transpose();
-  } else {
-    knots_ = gridSteps(w_) + 1;
-  }
+  knots_ = gridSteps(w_) + 1;
   searches_.resize(taskCount());
   for (int i = 0; i < taskCount(); ++i) {
     if (options_.turn > 0 && i > 0) continue;
@@ -249,7 +228,7 @@ IndividualCma::IndividualCma(IndividualCmaOptions options)
 std::unique_ptr<CmaEs> IndividualCma::searchFrom(int task, const VectorXd& x0) const {
   CmaEsOptions o = options_.cma;
   o.x0 = x0;
-  if (options_.turn > 0 && task > 0) o.sigma *= options_.warm_sigma;
+  if (options_.turn > 0 && task > 0) o.sigma *= kWarmSigma;
   o.seed = Random(options_.cma.seed, task).bits();
   return std::make_unique<CmaEs>(std::move(o));
 }
@@ -261,11 +240,6 @@ std::vector<IndividualCma::Asked> IndividualCma::gather() const {
     const Search& search = searches_[i];
     if (!search.cma || search.stop || (options_.turn > 0 && i != current_)) continue;
     for (Candidate& c : search.cma->ask()) asked.push_back({i, c.id, std::move(c.x), {}});
-  }
-  for (int i = 0; i < taskCount() && proposed_.size() > 0; ++i) {
-    const VectorXd x = proposed_ * bernstein(static_cast<int>(proposed_.cols()), w_[i]);
-    const CmaEsOptions& o = options_.cma;
-    asked.push_back({i, {}, x.cwiseMax(o.lower).cwiseMin(o.upper), {}});
   }
   return asked;
 }
@@ -281,37 +255,20 @@ std::vector<Candidate> IndividualCma::ask() {
 void IndividualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   Asked& asked = asked_[placeOf(kIndividual, id, first_id_, asked_.size())];
   if (asked.cost) refuseAgain(kIndividual, id);
-  asked.cost = costAt(kIndividual, evaluation, asked.task, taskCount());
+  asked.cost = costsOfTasks(kIndividual, evaluation, taskCount())[asked.task];
   if (++told_count_ == static_cast<int>(asked_.size())) update();
 }
 
 void IndividualCma::update() {
-  VectorXd curve_costs(taskCount());
   for (const Asked& asked : asked_) {
     const double cost = *asked.cost;
-    if (!asked.inner) {
-      curve_costs[asked.task] = cost;
-      continue;
-    }
     Search& search = searches_[asked.task];
     if (cost < search.cost) {
       search.cost = cost;
       search.best = asked.x;
     }
-    search.cma->tell(*asked.inner, {.cost = cost});
+    search.cma->tell(asked.inner, {.cost = cost});
   }
-  if (proposed_.size() > 0) {
-    const double cost = curve_costs.mean();
-    if (cost < (best_ ? best_->cost : kInfinity)) {
-      best_.emplace();
-      best_->curve.points = proposed_;
-      best_->cost = cost;
-      best_->task_costs.assign(curve_costs.begin(), curve_costs.end());
-    }
-    measured_ = proposed_;
-    proposed_.resize(0, 0);
-  }
-
   std::optional<Stop> last;
   for (Search& search : searches_) {
     if (!search.cma || search.stop) continue;
@@ -325,7 +282,7 @@ void IndividualCma::update() {
   if (options_.turn > 0) passTurn();
   if (std::none_of(searches_.begin(), searches_.end(),
                    [](const Search& search) { return search.best.size() == 0; })) {
-    options_.control_points == 0 ? join() : propose();
+    join();
   }
 
   ++generation_;
@@ -375,23 +332,11 @@ void IndividualCma::join() {
   if (!best_ || family.cost < best_->cost) best_ = std::move(family);
 }
 
-/// The curve through every task's best by least squares, unless it has just been run.
-void IndividualCma::propose() {
-  MatrixXd bests(options_.cma.x0.size(), taskCount());
-  for (int i = 0; i < taskCount(); ++i) bests.col(i) = searches_[i].best;
-  const MatrixXd points = (bests * fit_)
-                              .cwiseMax(options_.cma.lower.replicate(1, fit_.cols()))
-                              .cwiseMin(options_.cma.upper.replicate(1, fit_.cols()));
-  if (measured_.size() == 0 || points != measured_) proposed_ = points;
-}
-
 std::uint64_t IndividualCma::fingerprint() const {
   StateWriter w("options", kStateVersion);
   w.reals(numbers(options_.tasks));
-  w.integer(options_.control_points);
   w.integer(options_.turn);
   w.real(options_.target);
-  w.real(options_.warm_sigma);
   Hash hash;
   hash.add(w.finish());
   return hash.value();
@@ -413,8 +358,6 @@ std::string IndividualCma::save() const {
     write(w, search.best);
     writeStop(w, search.stop);
   }
-  write(w, proposed_);
-  write(w, measured_);
   writeStop(w, stop_);
   write(w, best_);
   w.integer(asked_.size());
@@ -450,8 +393,6 @@ void IndividualCma::restore(std::string_view text) {
     search.best = readMatrix(kIndividual, r, n).reshaped();
     search.stop = readStop(r);
   }
-  other.proposed_ = readMatrix(kIndividual, r, n);
-  other.measured_ = readMatrix(kIndividual, r, n);
   other.stop_ = readStop(r);
   other.best_ = readFamily(kIndividual, r, n);
   other.asked_ = other.gather();

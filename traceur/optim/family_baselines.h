@@ -58,31 +58,27 @@ class PhiCma : public FamilyOptimizer {
 struct IndividualCmaOptions {
   VectorXd tasks;    ///< (M) Problem::tasks()
   CmaEsOptions cma;  ///< of one task
-  /// 0: the answer is the polyline through the best point of every task, all of them run. K ≥ 1:
-  /// the Bézier curve of K points (at most M) that fits them with least squares; whenever it is a
-  /// new one, the next generation runs its M points as well.
-  int control_points = 0;
   /// A task is done once its best cost is at most this.
   double target = -std::numeric_limits<double>::infinity();
   /// 0: all tasks are searched side by side. Else the tasks take turns of so many generations,
-  /// first to last, over and over, and each begins its first where the task before has its best.
+  /// first to last, over and over, and each begins its first where the task before has its best,
+  /// with half of σ₀ [ours].
   int turn = 0;
-  double warm_sigma = 0.5;  ///< > 0, with turns: σ₀ of all tasks but the first, as a fraction of σ₀
 };
 
 /// Every task by itself with CMA-ES [Ha2015, §7.4.1]: what a trial costs at other tasks is not
 /// looked at. A task's search ends for CmaEs's own reasons or at the target; the last one to end
 /// gives stopped(), and nothing is left to try.
 ///
-/// best() speaks once every task has a meaningful cost. The polyline's knots are evenly spaced
+/// best() is the polyline through the best point of every task, all of them run; it speaks once
+/// every task has a meaningful cost. The polyline's knots are evenly spaced
 /// (Curve), so the tasks must lie on an even grid.
 ///
 /// Constraints do not rank: costs are held against each other as they are.
 class IndividualCma : public FamilyOptimizer {
  public:
-  /// @throws InputError for tasks that are none, not finite, not rising or, for a polyline, not on
-  ///         an even grid of 1000 steps at most; a negative number of control points or turn, a NaN
-  ///         target, a warm_sigma not positive; and as CmaEs
+  /// @throws InputError for tasks that are none, not finite, not rising or not on an even grid of
+  ///         1000 steps at most; a negative turn, a NaN target; and as CmaEs
   explicit IndividualCma(IndividualCmaOptions options);
 
   std::vector<Candidate> ask() override;
@@ -103,7 +99,7 @@ class IndividualCma : public FamilyOptimizer {
   /// One candidate of this generation.
   struct Asked {
     int task = 0;
-    std::optional<std::uint64_t> inner;  // the search's own id; none: a point of the fitted curve
+    std::uint64_t inner = 0;  // the search's own id
     VectorXd x;
     std::optional<double> cost;  // at the task; NaN if the trial says nothing about it
   };
@@ -114,20 +110,16 @@ class IndividualCma : public FamilyOptimizer {
   void update();
   void passTurn();
   void join();
-  void propose();
   std::uint64_t fingerprint() const;
 
   IndividualCmaOptions options_;
   VectorXd w_;     // (M) the tasks in [0, 1]
   int knots_ = 0;  // of the polyline
-  MatrixXd fit_;   // (M x K): control points = bests · fit_
   std::vector<Search> searches_;
   std::uint64_t generation_ = 0;
   std::uint64_t first_id_ = 0;
-  int current_ = 0;    // with turns: whose it is
-  int left_ = 0;       // generations of it
-  MatrixXd proposed_;  // (n x K) a fitted curve to run in this generation; empty: none
-  MatrixXd measured_;  // (n x K) the last one run; empty: none
+  int current_ = 0;  // with turns: whose it is
+  int left_ = 0;     // generations of it
   std::optional<Stop> stop_;
   std::optional<Family> best_;
   std::vector<Asked> asked_;
