@@ -37,4 +37,11 @@ Eigen::VectorXd toTasks(const std::string& text, const std::string& where) {
   return Eigen::VectorXd::LinSpaced(static_cast<Eigen::Index>(count), first, last);
 }
 
+int controlPointsOf(const std::string& curve, int tasks) {
+  const int points = curve == "cubic" ? 4 : 2;
+  if (points <= tasks) return points;
+  throw InputError(
+      fmt::format("--curve {}: expected at least {} tasks, got {}", curve, points, tasks));
+}
+
 }  // namespace traceur::cli

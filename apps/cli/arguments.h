@@ -14,4 +14,8 @@ double toNumber(const std::string& text, const std::string& where);
 /// @throws InputError for anything else
 Eigen::VectorXd toTasks(const std::string& text, const std::string& where);
 
+/// How many control points --curve "linear" or "cubic" has: 2 or 4.
+/// @throws InputError for a curve with more of them than there are tasks
+int controlPointsOf(const std::string& curve, int tasks);
+
 }  // namespace traceur::cli

@@ -227,6 +227,12 @@ int exportRun(const Arguments& a) {
                s.name);
   }
   if (r.failed()) fmt::print(stderr, "traceur: in simulation it fails: {}\n", r.ended);
+  if (const skill::Task& t = s.task; !r.failed() && std::abs(r.achieved - l.task) > t.tolerance) {
+    fmt::print(stderr,
+               "traceur: in simulation it achieves {:.4g} {} for {:g} {}: not within the tolerance "
+               "of {:g} {}\n",
+               r.achieved, t.unit, l.task, t.unit, t.tolerance, t.unit);
+  }
   return r.failed() ? kFailed : kDone;
 }
 

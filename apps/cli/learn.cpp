@@ -137,15 +137,15 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
                 Interrupt& interrupt) {
   LearnOptions o = a.options;
   const Eigen::VectorXd tasks = toTasks(o.tasks, "--tasks");
+  if (!(skill->task.min < skill->task.max)) {
+    throw InputError(
+        fmt::format("--tasks: {} has no [task] with a range to learn a family for", o.skill_file));
+  }
   requireInRange(*skill, tasks[0], "--tasks");
   requireInRange(*skill, tasks[tasks.size() - 1], "--tasks");
   // One spelling, so that --resume compares tasks and not their texts.
   o.tasks = fmt::format("{}:{}:{}", tasks[0], tasks[tasks.size() - 1], tasks.size());
-  const int control_points = o.curve == "cubic" ? 4 : 2;
-  if (control_points > tasks.size()) {
-    throw InputError(fmt::format("--curve {}: expected at least {} tasks, got {}", o.curve,
-                                 control_points, tasks.size()));
-  }
+  const int control_points = controlPointsOf(o.curve, static_cast<int>(tasks.size()));
   const skill::SkillProblem problem(skill, tasks);
   const auto optimiser = optim::findFamilyOptimizer(o.optimiser)
                              .make(problem, {.seed = o.seed,
@@ -170,10 +170,10 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
     return kInterrupted;
   }
   if (family) return kDone;
-  fmt::print(stderr,
-             "traceur: {} trials are too few to run one whole curve of {} tasks: --resume with a "
-             "larger --budget goes on\n",
-             o.budget, tasks.size());
+  const bool more = summary.end == optim::End::kBudget;
+  fmt::print(stderr, "traceur: no curve was run at all {} tasks in {} trials, ended: {}{}\n",
+             tasks.size(), summary.progress.evaluations, words(summary.stop),
+             more ? "; --resume with a larger --budget goes on" : "");
   return kFailed;
 }
 

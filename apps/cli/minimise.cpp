@@ -95,11 +95,12 @@ std::unique_ptr<optim::Optimizer> makeOptimiser(const Arguments& a, const optim:
                                                 const Eigen::VectorXd& x0) {
   if (problem.tasks().size() > 0) {
     return optim::findFamilyOptimizer(a.optimiser)
-        .make(problem, {.seed = a.seed,
-                        .control_points = a.curve == "cubic" ? 4 : 2,
-                        .lambda = a.population,
-                        .sigma = a.step_size,
-                        .x0 = x0});
+        .make(problem,
+              {.seed = a.seed,
+               .control_points = controlPointsOf(a.curve, static_cast<int>(problem.tasks().size())),
+               .lambda = a.population,
+               .sigma = a.step_size,
+               .x0 = x0});
   }
   return optim::findOptimizer(a.optimiser)
       .make(problem,
@@ -220,14 +221,15 @@ int minimise(const Arguments& arguments) {
     fmt::print(stderr, "stopped; the same command with --resume goes on\n");
     return kInterrupted;
   }
-  if (!found && family && summary.progress.failed < summary.progress.evaluations) {
-    throw InputError(fmt::format("no curve could be run in {} trials, ended: {}",
-                                 summary.progress.evaluations, words(summary.stop)));
-  }
   if (!found) {
-    throw InputError(fmt::format("no trial gave a cost: {} of {} failed, ended: {}",
-                                 summary.progress.failed, summary.progress.evaluations,
-                                 words(summary.stop)));
+    const optim::Progress& p = summary.progress;
+    const std::string what =
+        family && p.failed < p.evaluations
+            ? fmt::format("no curve was run at all {} tasks in {} trials", function.tasks.size(),
+                          p.evaluations)
+            : fmt::format("no trial gave a cost: {} of {} failed", p.failed, p.evaluations);
+    fmt::print(stderr, "traceur: {}, ended: {}\n", what, words(summary.stop));
+    return kFailed;
   }
   report(a, function, summary, *optimiser, out);
   if (summary.end != optim::End::kInterrupted) return kDone;

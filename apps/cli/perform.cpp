@@ -24,6 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr size_t kMostInName = 8;  // tasks that the name of a strip lists
+
 struct Arguments {
   std::string run;
   std::optional<std::string> tasks;
@@ -42,45 +44,75 @@ struct Performance {
   skill::Rollout rollout;
 
   double error() const { return rollout.achieved - task; }
+  bool within(double tolerance) const {
+    return !rollout.failed() && std::abs(error()) <= tolerance;
+  }
 };
 
 nlohmann::ordered_json numberOrNull(double x) {
   return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x);
 }
 
-nlohmann::ordered_json toJson(const Performance& p) {
-  return {{"task", p.task},           {"achieved", p.rollout.achieved},
-          {"error", p.error()},       {"failed", p.rollout.failed()},
-          {"ended", p.rollout.ended}, {"cost", p.rollout.cost}};
+nlohmann::ordered_json toJson(const Performance& p, const skill::Task& t) {
+  nlohmann::ordered_json j{{"task", p.task},
+                           {"achieved", numberOrNull(p.rollout.achieved)},
+                           {"error", numberOrNull(p.error())},
+                           {"failed", p.rollout.failed()},
+                           {"ended", p.rollout.ended},
+                           {"cost", p.rollout.cost}};
+  if (!t.achieved.empty()) j["within_tolerance"] = p.within(t.tolerance);
+  return j;
+}
+
+/// What a person wants to know of it, without the skill's name.
+std::string toText(const Performance& p, const skill::Task& t) {
+  const std::string unit = t.unit.empty() ? "" : " " + t.unit;
+  const std::string fails = p.rollout.failed() ? " (fails: " + p.rollout.ended + ")" : "";
+  if (t.achieved.empty()) {
+    return fmt::format("{} {:.4g}{} asked, cost {:.3g}{}", t.name, p.task, unit, p.rollout.cost,
+                       fails);
+  }
+  const bool misses = !p.rollout.failed() && !p.within(t.tolerance);
+  return fmt::format(
+      "{} {:.4g}{}, asked {:.4g}{}, error {:.2g}{}{}{}", t.name, p.rollout.achieved, unit, p.task,
+      unit, p.error(), unit, fails,
+      misses ? fmt::format(" (not within the tolerance of {:g}{})", t.tolerance, unit) : "");
+}
+
+/// The tasks of --task and their parameters: all are checked before the first is performed.
+std::vector<std::pair<double, Eigen::VectorXd>> asked(const std::string& words,
+                                                      const FamilyRun& f) {
+  std::vector<std::pair<double, Eigen::VectorXd>> tasks;
+  for (std::string word : split(words, ',')) {
+    word.erase(0, word.find_first_not_of(' '));
+    word.erase(word.find_last_not_of(' ') + 1);
+    const double task = toNumber(word, "--task");
+    tasks.emplace_back(task, f.at(task));
+  }
+  if (tasks.empty()) throw InputError("--task: expected a number, got none");
+  return tasks;
 }
 
 /// The tasks that were asked for, one strip under the other.
 int performTasks(const Arguments& a, const FamilyRun& f) {
   const skill::Task& t = f.skill->task;
   nlohmann::ordered_json j;
-  std::vector<sim::Recording> recordings;
+  std::vector<render::TitledRecording> recordings;
   skill::Runner runner(f.skill);
   bool failed = false;
-  const std::vector<std::string> tasks = split(*a.tasks, ',');
-  if (tasks.empty()) throw InputError("--task: expected a number, got none");
+  const auto tasks = asked(*a.tasks, f);
   std::string name = "-perform";
-  for (const std::string& text : tasks) {
-    const double task = toNumber(text, "--task");
-    name += fmt::format("-{:g}", task);
-    sim::Recording recording;
-    const Performance p{task, runner.run(f.at(task), task, &recording)};
+  for (const auto& [task, parameters] : tasks) {
+    if (tasks.size() <= kMostInName) name += fmt::format("-{:g}", task);
+    render::TitledRecording recording;
+    const Performance p{task, runner.run(parameters, task, &recording.recording)};
     failed = failed || p.rollout.failed();
-    j["performed"].push_back(toJson(p));
-    const std::string fails = p.rollout.failed() ? " (fails: " + p.rollout.ended + ")" : "";
-    if (!a.json && t.achieved.empty()) {
-      fmt::print("{}: {} {:.4g} {} asked, cost {:.3g}{}\n", f.skill->name, t.name, task, t.unit,
-                 p.rollout.cost, fails);
-    } else if (!a.json) {
-      fmt::print("{}: {} {:.4g} {}, asked {:.4g} {}, error {:.2g} {}{}\n", f.skill->name, t.name,
-                 p.rollout.achieved, t.unit, task, t.unit, p.error(), t.unit, fails);
-    }
+    j["performed"].push_back(toJson(p, t));
+    recording.title = toText(p, t);
+    if (!a.json) fmt::print("{}: {}\n", f.skill->name, recording.title);
     if (!a.no_picture) recordings.push_back(std::move(recording));
   }
+  if (tasks.size() > kMostInName) name += fmt::format("-{}-tasks", tasks.size());
   if (!recordings.empty()) {
     const fs::path picture = beside(a.run, name + ".png");
     render::writePng(render::filmStrips(recordings, {.count = a.count, .columns = a.count}),
@@ -110,18 +142,28 @@ int sweep(const Arguments& a, const FamilyRun& f) {
                   t.name, f.skill->name, t.unit);
   std::vector<double> errors;
   int fails = 0;
-  render::Series line{"", {}, {}, render::Style::kLine};
-  render::Series bad{"failed", {}, {}, render::Style::kCrosses};
+  int within = 0;
+  render::Series line{"", {}, {}, render::Style::kLine, {}, {}, 0};
+  render::Series bad{"failed", {}, {}, render::Style::kCrosses, {}, {}, 3};
+  const double last = f.tasks[f.tasks.size() - 1];
+  render::Series allowed{"tolerance",
+                         {f.tasks[0], last},
+                         {0, 0},
+                         render::Style::kDashed,
+                         {-t.tolerance, -t.tolerance},
+                         {t.tolerance, t.tolerance},
+                         render::kGrey};
   for (const Performance& p : all) {
     csv += fmt::format("{},{},{},{},{},{}\n", p.task, p.rollout.achieved, p.error(), p.rollout.cost,
                        p.rollout.failed() ? 1 : 0, p.rollout.ended);
     if (!p.rollout.failed() && !std::isnan(p.error())) errors.push_back(std::abs(p.error()));
     fails += p.rollout.failed();
+    within += p.within(t.tolerance);
     line.x.push_back(p.task);
-    line.y.push_back(p.error());
+    line.y.push_back(p.rollout.failed() ? NAN : p.error());
     if (!p.rollout.failed()) continue;
     bad.x.push_back(p.task);
-    bad.y.push_back(p.error());
+    bad.y.push_back(std::isnan(p.error()) ? 0 : p.error());
   }
   const double median = errors.empty() ? NAN : reproduce::median(errors);
   const double largest = errors.empty() ? NAN : *std::max_element(errors.begin(), errors.end());
@@ -132,10 +174,11 @@ int sweep(const Arguments& a, const FamilyRun& f) {
   const fs::path picture = beside(a.run, "-sweep.png");
   if (!a.no_picture) {
     render::Panel panel;
-    panel.title = fmt::format("{}, {} tasks: {} failed, of the others median |error| {:.2g} {}",
-                              f.skill->name, a.sweep, fails, median, t.unit);
+    panel.title = fmt::format("{}, {} tasks (trained ones dashed): {} within {:g} {}, {} failed",
+                              f.skill->name, a.sweep, within, t.tolerance, t.unit, fails);
     panel.xlabel = fmt::format("{} asked [{}]", t.name, t.unit);
     panel.ylabel = fmt::format("error [{}]", t.unit);
+    panel.series.push_back(allowed);
     panel.series.push_back(line);
     if (!bad.x.empty()) panel.series.push_back(bad);
     for (const double task : f.tasks) panel.marks.push_back({task, ""});
@@ -146,15 +189,21 @@ int sweep(const Arguments& a, const FamilyRun& f) {
   if (a.json) {
     nlohmann::ordered_json j{{"tasks", a.sweep},
                              {"failed", fails},
+                             {"within", within},
+                             {"tolerance", t.tolerance},
                              {"median_error", numberOrNull(median)},
                              {"max_error", numberOrNull(largest)},
                              {"csv", table.string()}};
     if (!a.no_picture) j["picture"] = picture.string();
     fmt::print("{}\n", j.dump(2));
   } else {
-    fmt::print(
-        "{}: {} tasks, {} failed; |error| of the others: median {:.3g} {}, largest {:.3g} {}\n{}\n",
-        f.skill->name, a.sweep, fails, median, t.unit, largest, t.unit, table.string());
+    fmt::print("{}: {} tasks, {} failed, {} within {:g} {}", f.skill->name, a.sweep, fails, within,
+               t.tolerance, t.unit);
+    if (!errors.empty()) {
+      fmt::print("; |error| of those that did not fail: median {:.3g} {}, largest {:.3g} {}",
+                 median, t.unit, largest, t.unit);
+    }
+    fmt::print("\n{}\n", table.string());
     if (!a.no_picture) fmt::print("{}\n", picture.string());
   }
   return fails > 0 ? kFailed : kDone;

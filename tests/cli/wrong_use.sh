@@ -95,7 +95,7 @@ expect 2 'expected FIRST:LAST:COUNT, got ""' -- learn "$nod" --tasks "" --out "$
 expect 2 'expected --tasks' -- learn "$nod" --curve cubic --out "$dir/none.run"
 expect 2 'at least 4 tasks, got 3' -- learn "$nod" --tasks 0:1:3 --curve cubic --out "$dir/none.run"
 expect 2 'individual' 'cubic' -- learn "$nod" --tasks 0:1:4 --curve cubic --optimiser individual --out "$dir/none.run"
-expect 1 'too few' '--budget' -- learn "$nod" --tasks 0:1:6 --budget 20 --out "$dir/few.run"
+expect 1 'no curve was run at all 6 tasks' '--budget' -- learn "$nod" --tasks 0:1:6 --budget 20 --out "$dir/few.run"
 "$traceur" learn "$nod" --tasks 0.0:1.0:3 --budget 200 --out "$dir/k.run" --quiet --resume || failures=$((failures + 1))
 expect 2 'another tasks' -- learn "$nod" --tasks 0:1:4 --budget 200 --out "$dir/k.run" --resume
 expect 2 'learned for 0 to 1' -- perform "$dir/k.run" --task 1.5
@@ -170,7 +170,7 @@ expect 2 'no --constraint "outside"' 'asked:' -- $minimise --out "$dir/m.run" --
 expect 1 'cannot run nonesuch' -- $minimise --out "$dir/m.run" -- nonesuch
 expect 2 'exit 3' -- $minimise --out "$dir/m.run" -- sh -c 'read x; exit 3'
 expect 2 'answered "cost"' 'not a number' -- $minimise --out "$dir/m.run" -- sh -c 'while read x; do echo cost; done'
-expect 2 'no trial gave a cost' -- $minimise --out "$dir/failing.run" -- sh -c 'while read x; do echo failed; done'
+expect 1 'no trial gave a cost' -- $minimise --out "$dir/failing.run" -- sh -c 'while read x; do echo failed; done'
 expect 2 'no such run file' -- $minimise --constraint outside --experience "$dir/none.run" --out "$dir/m.run" -- $disc
 if [ -e "$dir/m.run" ]; then
   echo "a refused search left a file behind"

@@ -20,6 +20,11 @@ std::string fitting(const Font& font, std::string text, int width, int height) {
   return text;
 }
 
+/// Height of a label [px].
+int lettersOf(const FilmStripOptions& options) {
+  return std::max(13, options.panel_height / 13);
+}
+
 int gapOf(const FilmStripOptions& options) {
   return std::max(2, options.panel_width / 80);
 }
@@ -57,7 +62,7 @@ Image filmStrip(const sim::Recording& recording, const FilmStripOptions& options
   Offscreen offscreen(model, {.width = options.panel_width, .height = options.panel_height});
   const std::vector<Camera> cameras = offscreen.aim(recording.frames, options.camera);
   const Font font;
-  const int letters = std::max(13, options.panel_height / 13);
+  const int letters = lettersOf(options);
   const int label = options.labels ? letters * 5 / 4 : 0;
   std::vector<Image> panels;
   for (const double t : times) {
@@ -81,10 +86,10 @@ Image filmStrip(const sim::Recording& recording, const FilmStripOptions& options
   return tile(panels, columns, gapOf(options));
 }
 
-Image filmStrips(std::span<const sim::Recording> recordings, FilmStripOptions options) {
+Image filmStrips(std::span<const TitledRecording> recordings, FilmStripOptions options) {
   if (options.camera.distance <= 0) {
     double distance = 0;
-    for (const sim::Recording& r : recordings) {
+    for (const auto& [title, r] : recordings) {
       Offscreen offscreen(sim::Model::fromMjcf(r.mjcf),
                           {.width = options.panel_width, .height = options.panel_height});
       for (const Camera& camera : offscreen.aim(r.frames, options.camera)) {
@@ -94,7 +99,17 @@ Image filmStrips(std::span<const sim::Recording> recordings, FilmStripOptions op
     options.camera.distance = distance;
   }
   std::vector<Image> strips;
-  for (const sim::Recording& r : recordings) strips.push_back(filmStrip(r, options));
+  const Font font;
+  const int letters = lettersOf(options);
+  for (const auto& [title, recording] : recordings) {
+    const Image panels = filmStrip(recording, options);
+    const int heading = letters * 3 / 2;
+    Image& strip = strips.emplace_back(panels.width, panels.height + heading);
+    paste(strip, panels, 0, heading);
+    const int margin = letters / 4;
+    font.draw(strip, margin, margin, letters,
+              fitting(font, title, strip.width - 2 * margin, letters));
+  }
   return tile(strips, 1, gapOf(options));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "traceur/render/offscreen.h"
@@ -26,8 +27,13 @@ struct FilmStripOptions {
 /// when there is no off-screen context
 Image filmStrip(const sim::Recording& recording, const FilmStripOptions& options = {});
 
+struct TitledRecording {
+  std::string title;  ///< over its strip; what does not fit is cut off
+  sim::Recording recording;
+};
+
 /// One film strip for each recording, under each other, all taken from equally far.
 /// @throws as filmStrip; InputError for no recording
-Image filmStrips(std::span<const sim::Recording> recordings, FilmStripOptions options = {});
+Image filmStrips(std::span<const TitledRecording> recordings, FilmStripOptions options = {});
 
 }  // namespace traceur::render
