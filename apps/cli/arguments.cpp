@@ -44,4 +44,11 @@ int controlPointsOf(const std::string& curve, int tasks) {
       fmt::format("--curve {}: expected at least {} tasks, got {}", curve, points, tasks));
 }
 
+CLI::Validator isSeed() {
+  return {[](const std::string& text) {
+            return text.starts_with('-') ? fmt::format("expected a number >= 0, got {}", text) : "";
+          },
+          "UINT"};
+}
+
 }  // namespace traceur::cli

@@ -1,6 +1,7 @@
 // Words of a command line that stand for more than one number.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <Eigen/Core>
 #include <string>
 
@@ -17,5 +18,8 @@ Eigen::VectorXd toTasks(const std::string& text, const std::string& where);
 /// How many control points --curve "linear" or "cubic" has: 2 or 4.
 /// @throws InputError for a curve with more of them than there are tasks
 int controlPointsOf(const std::string& curve, int tasks);
+
+/// Refuses "-1", which would be read as 2^64 - 1.
+CLI::Validator isSeed();
 
 }  // namespace traceur::cli

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/balance_pictures.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/verbs.h"
@@ -392,7 +393,9 @@ void addMethod(CLI::App* verb, Arguments* a) {
   verb->add_option("--search", a->search,
                    fmt::format("How a policy is searched: {}", join(bias::bongoSearches())))
       ->capture_default_str();
-  verb->add_option("--seed", a->seed, "Equal seeds give equal runs")->capture_default_str();
+  verb->add_option("--seed", a->seed, "Equal seeds give equal runs")
+      ->check(isSeed())
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -455,7 +458,9 @@ void addBalance(CLI::App& program, int& exit_code) {
   e->add_option("--starts", a->starts, "How many random starts")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  e->add_option("--seed", a->seed, "Of the starts and the noise")->capture_default_str();
+  e->add_option("--seed", a->seed, "Of the starts and the noise")
+      ->check(isSeed())
+      ->capture_default_str();
   e->add_option("--strip", a->strip, "Draw model and machine side by side (PNG)");
   e->add_option("--video", a->video, "The same in motion (MP4)");
   e->add_option("--map", a->map,

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/verbs.h"
 #include "fall_plan_text.h"
@@ -310,7 +311,7 @@ void addFall(CLI::App& program, int& exit_code) {
   static constexpr const char* kSeed = "Of the random poses of the reach tables";
   compile->add_option("--without", a->without, kWithout);
   compile->add_flag("--literal", a->literal, kLiteral);
-  compile->add_option("--seed", a->seed, kSeed)->capture_default_str();
+  compile->add_option("--seed", a->seed, kSeed)->check(isSeed())->capture_default_str();
   compile->callback([a, verb, &exit_code] {
     for (const CLI::Option* o : verb->get_options()) {
       if (o->count() > 0) {
@@ -336,7 +337,7 @@ void addFall(CLI::App& program, int& exit_code) {
   verb->add_flag("--literal", a->literal, kLiteral);
   verb->add_flag("--once", a->once, "Follow the first plan to its end, as published");
   verb->add_flag("--exact", a->exact, "Plan exactly, some ten times slower");
-  verb->add_option("--seed", a->seed, kSeed)->capture_default_str();
+  verb->add_option("--seed", a->seed, kSeed)->check(isSeed())->capture_default_str();
   verb->add_option("--out", a->out, "Folder for pictures; default: under runs/");
   verb->add_flag("--video", a->video, "Also videos, four times slower than real");
   verb->add_flag("--no-pictures", a->no_pictures, "Only the table");

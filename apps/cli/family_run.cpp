@@ -8,6 +8,7 @@
 #include "apps/cli/search.h"
 #include "apps/cli/trained.h"
 #include "traceur/core/error.h"
+#include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
 
 namespace traceur::cli {
@@ -74,12 +75,18 @@ FamilyRun readFamily(const RunFile& run) {
       }
       m.col(k) = Eigen::Map<const VectorXd>(points[k].data(), m.rows());
     }
+    if (m.cols() == 0) throw InputError("no points");
     folded = j.at("folded");
+    const std::string kind = j.at("kind");
+    if (kind != "bezier" && kind != "polyline") throw InputError("kind \"" + kind + "\"");
     f.family.curve.kind =
-        j.at("kind") == "bezier" ? optim::Curve::Kind::kBezier : optim::Curve::Kind::kPolyline;
+        kind == "bezier" ? optim::Curve::Kind::kBezier : optim::Curve::Kind::kPolyline;
     f.family.cost = j.at("cost").is_null() ? NAN : j.at("cost").get<double>();
     for (const auto& cost : j.at("task_costs")) {
       f.family.task_costs.push_back(cost.is_null() ? NAN : cost.get<double>());
+    }
+    if (static_cast<Eigen::Index>(f.family.task_costs.size()) != f.tasks.size()) {
+      throw InputError("costs of another number of tasks");
     }
   } catch (const std::exception& e) {
     throw InputError(fmt::format("{}: its family cannot be read: {}", where, e.what()));
@@ -90,6 +97,14 @@ FamilyRun readFamily(const RunFile& run) {
     f.family.curve.bounds = optim::BoundFold(f.lower, f.upper, VectorXd::Ones(problem.dimension()));
   }
   return f;
+}
+
+sim::Recording recordingOf(const RunFile& run, const std::optional<double>& task) {
+  if (!task) return bestRecording(run);
+  const FamilyRun f = readFamily(run);
+  sim::Recording recording;
+  skill::Runner(f.skill).run(f.at(*task), *task, &recording);
+  return recording;
 }
 
 }  // namespace traceur::cli

@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "traceur/core/run_file.h"
 #include "traceur/optim/family.h"
+#include "traceur/sim/recording.h"
 #include "traceur/skill/skill.h"
 
 namespace traceur::cli {
@@ -30,6 +32,10 @@ std::string toText(const optim::Family& family);
 
 /// @throws InputError when the run is not one of a family, or has found none yet
 FamilyRun readFamily(const RunFile& run);
+
+/// The motion of a run to look at: of a family what it does for the task, else the best trial.
+/// @throws InputError for a family without a task, a task without a family, and as bestRecording
+sim::Recording recordingOf(const RunFile& run, const std::optional<double>& task);
 
 /// @throws InputError for a skill that does not say what a trial achieved
 void requireAchieved(const skill::Skill& skill);

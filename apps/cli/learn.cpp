@@ -243,7 +243,9 @@ void addLearn(CLI::App& program, int& exit_code) {
       "FIRST:LAST:COUNT: learn a family, one curve of parameters for a range of tasks");
   verb->add_option("--curve", o.curve, "Of a family: linear (default) or cubic")
       ->check(CLI::IsMember({"linear", "cubic"}));
-  verb->add_option("--seed", o.seed, "Equal seeds give equal runs")->capture_default_str();
+  verb->add_option("--seed", o.seed, "Equal seeds give equal runs")
+      ->check(isSeed())
+      ->capture_default_str();
   verb->add_option("--budget", o.budget, "Trials in all; the last generation is finished")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();

@@ -280,7 +280,9 @@ void addMinimise(CLI::App& program, int& exit_code) {
                    "First standard deviation, as a fraction of each range")
       ->check(CLI::Range(1e-12, 1e12))
       ->capture_default_str();
-  verb->add_option("--seed", a->seed, "Equal seeds give equal runs")->capture_default_str();
+  verb->add_option("--seed", a->seed, "Equal seeds give equal runs")
+      ->check(isSeed())
+      ->capture_default_str();
   verb->add_option("--threads", a->threads,
                    "Commands at once; 0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));

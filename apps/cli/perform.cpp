@@ -244,6 +244,7 @@ void addPerform(CLI::App& program, int& exit_code) {
                      "learned with: what the family withstands, as CSV and figure")
           ->needs(sweep);
   verb->add_option("--seed", a->seed, "Of the disturbances drawn at random")
+      ->check(isSeed())
       ->capture_default_str()
       ->needs(perturb);
   verb->add_option("--count", a->count, "Film strip: panels of each task")

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/interrupt.h"
+#include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
@@ -104,13 +107,25 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
   const Eigen::VectorXd tasks =
       Eigen::VectorXd::LinSpaced(o.tasks, f.tasks[0], f.tasks[f.tasks.size() - 1]);
   std::vector<std::vector<skill::Rollout>> rollouts(cases.size());
+  Interrupt interrupt;  // before any other thread
+  ProgressLine line("perturb", static_cast<double>(cases.size()), 0, o.json);
+  std::mutex mutex;
+  int done = 0;
   ThreadPool pool(o.threads);
   pool.forEach(static_cast<int>(cases.size()), [&](int i) {
+    if (interrupt.token().stop_requested()) return;
     // A robot of its own for each: masses and friction are part of the model.
     skill::Runner runner(
         skill::Skill::fromText(f.skill->text, f.skill->file, cases[i].disturbance));
     for (const double t : tasks) rollouts[i].push_back(runner.run(f.at(t), t));
+    const std::scoped_lock lock(mutex);
+    line.update(++done, fmt::format("{} tasks each", o.tasks), "robots/s");
   });
+  line.finish();
+  if (interrupt.token().stop_requested()) {
+    fmt::print(stderr, "stopped; nothing was written\n");
+    return kInterrupted;
+  }
 
   std::string csv = fmt::format(
       "# {} of {}, task and achieved in {}; delay in s, noise in rad and m/s\n"

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "apps/cli/arguments.h"
+#include "apps/cli/family_run.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/trained.h"
@@ -29,6 +30,7 @@ struct Stopped {};
 struct RenderArguments {
   std::string run;
   std::vector<std::string> files;
+  std::optional<double> task;
   std::optional<render::View> view;
   std::vector<double> times;
   std::vector<int> size;
@@ -41,23 +43,25 @@ struct RenderArguments {
   bool quiet = false;
 };
 
-/// runs/a.run → runs/a-strip.png
-fs::path beside(const fs::path& run, const std::string& ending) {
-  return run.parent_path() / (run.stem().string() + ending);
+/// What is added to the run's name: of a family, the task.
+std::string suffix(const std::optional<double>& task) {
+  return task ? fmt::format("-{:g}", *task) : "";
 }
 
 int renderRun(const RenderArguments& a) {
   Interrupt interrupt;  // before any other thread
   const RunFile run = RunFile::open(a.run, false);
   std::vector<fs::path> files(a.files.begin(), a.files.end());
-  if (files.empty()) files = {beside(a.run, "-strip.png"), beside(a.run, ".mp4")};
+  if (files.empty()) {
+    files = {beside(a.run, suffix(a.task) + "-strip.png"), beside(a.run, suffix(a.task) + ".mp4")};
+  }
   for (const fs::path& f : files) {
     if (f.extension() != ".png" && f.extension() != ".mp4") {
       throw InputError(fmt::format(
           "{}: expected a name ending in .png (film strip) or .mp4 (video)", f.string()));
     }
   }
-  const sim::Recording recording = bestRecording(run);
+  const sim::Recording recording = recordingOf(run, a.task);
   const render::DrawOptions draw{.contact_forces = a.forces, .com = a.com};
   for (const fs::path& f : files) {
     if (interrupt.token().stop_requested()) return kInterrupted;
@@ -120,6 +124,7 @@ render::CostHistory historyOf(const RunFile& run) {
 
 struct PlotArguments {
   std::string run;
+  std::optional<double> task;
   std::vector<std::string> what;
   std::string format = "png";
   std::string out;
@@ -130,18 +135,22 @@ int plotRun(const PlotArguments& a) {
   std::vector<std::string> what = a.what;
   const bool motion = run.recording("best").has_value();
   if (what.empty()) {
-    what = motion ? std::vector<std::string>{"cost", "joints", "com", "contacts"}
-                  : std::vector<std::string>{"cost"};  // numbers, or a family
+    what = a.task   ? std::vector<std::string>{"joints", "com", "contacts"}
+           : motion ? std::vector<std::string>{"cost", "joints", "com", "contacts"}
+                    : std::vector<std::string>{"cost"};  // numbers, or a family
   }
   if (!a.out.empty() && what.size() != 1) {
     throw InputError("--out FILE: needs one figure, chosen by --what");
   }
+  std::optional<sim::Recording> recording;
+  if (what != std::vector<std::string>{"cost"}) recording = recordingOf(run, a.task);
   for (const std::string& w : what) {
-    const fs::path file = a.out.empty() ? beside(a.run, "-" + w + "." + a.format) : fs::path(a.out);
+    const fs::path file =
+        a.out.empty() ? beside(a.run, suffix(a.task) + "-" + w + "." + a.format) : fs::path(a.out);
     const render::Figure figure = w == "cost"     ? render::costFigure(historyOf(run))
-                                  : w == "joints" ? render::jointFigure(bestRecording(run))
-                                  : w == "com"    ? render::comFigure(bestRecording(run))
-                                                  : render::contactFigure(bestRecording(run));
+                                  : w == "joints" ? render::jointFigure(*recording)
+                                  : w == "com"    ? render::comFigure(*recording)
+                                                  : render::contactFigure(*recording);
     render::writeFigure(figure, file);
     fmt::print("{}\n", file.string());
   }
@@ -158,6 +167,7 @@ void addRender(CLI::App& program, int& exit_code) {
   verb->add_option(
       "FILE", a->files,
       "Where to: .png for a film strip, .mp4 for a video; default: both, beside the run");
+  verb->add_option("--task", a->task, "Of a family: which task, in the skill's own unit");
   verb->add_option("--view", a->view, "side, three-quarter or front")
       ->transform(CLI::CheckedTransformer(kViews));
   verb->add_option("--times", a->times, "Film strip: these moments [s], comma separated")
@@ -181,7 +191,8 @@ void addRender(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  traceur render runs/jump-0.05-seed1.run\n"
       "  traceur render runs/jump-0.05-seed1.run flight.png --times 0.7,0.8,0.9 --forces\n"
-      "  traceur render runs/jump-0.05-seed1.run slow.mp4 --speed 0.25 --size 640x480");
+      "  traceur render runs/jump-0.05-seed1.run slow.mp4 --speed 0.25 --size 640x480\n"
+      "  traceur render runs/jump-family-seed1.run --task 0.06");
   verb->callback([a, &exit_code] { exit_code = renderRun(*a); });
 }
 
@@ -190,8 +201,10 @@ void addPlot(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand(
       "plot", "Figures of a run: cost, joint angles, centre of mass, contact forces.");
   verb->add_option("RUN", a->run, "Run file")->required();
+  verb->add_option("--task", a->task, "Of a family: which task's motion, in the skill's own unit");
   verb->add_option("--what", a->what,
-                   "cost, joints, com, contacts; default: all, of a family its cost")
+                   "cost, joints, com, contacts; default: all, of a family its cost, of its task "
+                   "the motion")
       ->delimiter(',')
       ->check(CLI::IsMember({"cost", "joints", "com", "contacts"}));
   verb->add_option("--format", a->format, "png or svg")

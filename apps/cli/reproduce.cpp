@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/reproduce_pictures.h"
@@ -226,6 +227,9 @@ int reproduceTable(const Arguments& a) {
   Interrupt interrupt;  // before any other thread
   Results results(table);
   if (a.no_run || std::filesystem::exists(out)) results = Results::read(table, out);
+  if (a.no_run && results.outcomes().empty()) {
+    throw InputError(fmt::format("{}: there is no whole run in it", out));
+  }
   const bool figure = !table.points.empty() && table.drawn != Drawn::kNothing;
   if (!a.picture.empty() && !figure) {
     throw InputError(fmt::format("--picture: {} is no figure", table.name));
@@ -299,7 +303,9 @@ void addReproduce(CLI::App& program, int& exit_code) {
                        "Runs of each cell; default: minutes in all, but hours for figure-32 to 34")
           ->check(CLI::Range(1, 100'000));
   verb->add_flag("--full", a->full, "As many runs as the committed results have")->excludes(seeds);
-  verb->add_option("--seed", a->first_seed, "The first seed")->capture_default_str();
+  verb->add_option("--seed", a->first_seed, "The first seed")
+      ->check(isSeed())
+      ->capture_default_str();
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
   verb->add_option(

@@ -20,6 +20,9 @@ namespace fs = std::filesystem;
 using namespace reproduce;
 using Json = nlohmann::ordered_json;
 
+/// In the palette: unlike the first columns'.
+constexpr int kFallColor = 3;
+
 /// A panel for each row, a colour for each column, a line for each seed; what
 /// is printed dashed.
 render::Figure linesOf(const Results& results) {
@@ -31,13 +34,17 @@ render::Figure linesOf(const Results& results) {
   for (size_t r = 0; r < t.rows.size(); ++r) {
     render::Panel panel;
     panel.title = t.rows[r].name;
-    panel.xlabel = axes.at(0);
-    panel.ylabel = axes.at(1);
+    const auto labelled_axis = [&](const std::string& axis) {
+      const bool has_unit = !t.rows[r].unit.empty() && (axis == "task" || axis == "error");
+      return has_unit ? fmt::format("{} [{}]", axis, t.rows[r].unit) : axis;
+    };
+    panel.xlabel = labelled_axis(axes.at(0));
+    panel.ylabel = labelled_axis(axes.at(1));
     panel.log_y = axes.at(1) == "cost";
     bool printed = false;  // and labelled
     for (size_t c = 0; c < t.columns.size(); ++c) {
       bool labelled = false;
-      render::Series falls{"falls", {}, {}, render::Style::kCrosses};
+      render::Series falls{"falls", {}, {}, render::Style::kCrosses, {}, {}, kFallColor};
       const auto draw = [&](const std::vector<Point>& points, render::Style style) {
         const bool is_printed = style == render::Style::kDashed;
         bool& named = is_printed ? printed : labelled;

@@ -53,10 +53,8 @@ sim::Recording bestRecording(const RunFile& run) {
         fmt::format("{}: a search of numbers: there is no motion to look at", run.path().string()));
   }
   if (!bytes && !run.meta("tasks").value_or("").empty()) {
-    throw InputError(
-        fmt::format("{0}: a family: look at one of its tasks with traceur perform {0} "
-                    "--task T",
-                    run.path().string()));
+    throw InputError(fmt::format("{}: a family: expected --task, which of its tasks to look at",
+                                 run.path().string()));
   }
   if (!bytes) {
     throw InputError(

@@ -102,6 +102,18 @@ expect 2 'learned for 0 to 1' -- perform "$dir/k.run" --task 1.5
 expect 2 'expected --task or --sweep' -- perform "$dir/k.run"
 expect 2 'is not a number' -- perform "$dir/k.run" --task 0.1,,0.2 --no-picture
 expect 2 'expected a number, got none' -- perform "$dir/k.run" --task ""
+"$traceur" perform "$dir/k.run" --task 0.2,1.5 --no-picture 2>/dev/null | grep -q . &&
+  { echo "perform: began before it had checked every task"; failures=$((failures + 1)); }
+expect 2 'a family: expected --task' -- render "$dir/k.run" "$dir/k.png"
+expect 2 'not a family' -- render "$dir/b.run" "$dir/b.png" --task 0.5
+expect 2 'expected a number >= 0, got -1' -- learn "$nod" --seed -1 --out "$dir/none.run"
+sed '/^range = /d; /^default = /d' "$nod" >"$dir/no-range.toml"
+expect 2 'no [task] with a range' -- learn "$dir/no-range.toml" --tasks 0:1:3 --out "$dir/none.run"
+sed 's/- task/- 0.5/' "$nod" >"$dir/no-task.toml"
+expect 2 'no cost depends on "task"' -- learn "$dir/no-task.toml" --tasks 0:1:3 --out "$dir/none.run"
+expect 2 'got a folder' -- reproduce families --no-run --out "$dir"
+: >"$dir/empty.csv"
+expect 2 'no whole run' -- reproduce families --no-run --out "$dir/empty.csv"
 mkdir -p "$dir/other/models" "$dir/other/sub"
 cp -r models/bioloid-gp "$dir/other/models/"
 sed -i 's/mass_scale = .*/mass_scale = 2.2/' "$dir/other/models/bioloid-gp/robot.toml"

@@ -31,15 +31,16 @@ constexpr int kSweep = 51;  // tasks a learnt family is tried on [Ha2015, Fig. 3
 /// A skill and the range of tasks it is published for.
 struct FamilySkill {
   std::string name;
-  double first, last;   // in the task's unit
-  std::string unit;     // of errors, for people
-  double unit_per_one;  // of them in one unit of the task
+  double first, last;
+  std::string task_unit;  // theirs
+  std::string unit;       // of errors, for people
+  double unit_per_one;    // of them in one unit of the task
 };
 
 const std::vector<FamilySkill>& familySkills() {
-  static const std::vector<FamilySkill> kSkills = {{"jump", 0.03, 0.08, "mm", 1e3},
-                                                   {"kick", 0.3, 0.6, "cm", 1e2},
-                                                   {"walk", 0.0667, 0.1333, "cm/s", 1e2}};
+  static const std::vector<FamilySkill> kSkills = {{"jump", 0.03, 0.08, "m", "mm", 1e3},
+                                                   {"kick", 0.3, 0.6, "m", "cm", 1e2},
+                                                   {"walk", 0.0667, 0.1333, "m/s", "cm/s", 1e2}};
   return kSkills;
 }
 
@@ -543,7 +544,9 @@ Table families() {
   t.center = Center::kMedian;
   t.points = "task:error";
   t.made_with = skillPrints;
-  for (const FamilySkill& f : familySkills()) t.rows.push_back({f.name, "", "trials"});
+  for (const FamilySkill& f : familySkills()) {
+    t.rows.push_back({f.name, "", "trials", f.task_unit});
+  }
   t.columns = {{"contextual", 1, 9, {}}};
   t.run = [](int row, int /*column*/, std::uint64_t seed, const std::stop_token& stop) {
     return learnAndSweep(familySkills()[row], 6,

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <mutex>
@@ -67,7 +69,10 @@ double printedRatio(const Table& t, const Ratio& ratio, size_t row) {
 
 Results Results::read(const Table& table, const std::filesystem::path& file) {
   std::ifstream in(file);
-  if (!in) throw SystemError(fmt::format("{}: cannot be read", file.string()));
+  if (!in) throw SystemError(fmt::format("{}: {}", file.string(), std::strerror(errno)));
+  if (std::filesystem::is_directory(file)) {
+    throw InputError(fmt::format("{}: expected a CSV of runs, got a folder", file.string()));
+  }
   std::stringstream whole;
   whole << in.rdbuf();
   const std::string text = whole.str();

@@ -34,9 +34,10 @@ struct Outcome {
 inline constexpr double kNotPrinted = std::numeric_limits<double>::quiet_NaN();
 
 struct Row {
-  std::string name;      ///< "Toy1"; unique in its table
-  std::string group;     ///< rows of one group are summed up together; "" for a single one
-  std::string quantity;  ///< "evaluations", "cost"
+  std::string name;       ///< "Toy1"; unique in its table
+  std::string group;      ///< rows of one group are summed up together; "" for a single one
+  std::string quantity;   ///< "evaluations", "cost"
+  std::string unit = {};  ///< of `task` and `error` in Table::points
 };
 
 struct Column {

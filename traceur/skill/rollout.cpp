@@ -70,6 +70,7 @@ struct Runner::Impl {
   double phase_time = 0;
   std::vector<double> failed;  // by failure: 0 or 1
   bool task_moves = false;     // the motion depends on the task
+  bool task_costs = false;     // a cost does
 
   std::vector<BoundPhase> phases;
   std::vector<BoundFeedback> feedback;
@@ -126,7 +127,11 @@ struct Runner::Impl {
       feedback.push_back({bind(f.joints, sensed), &f.during});
     }
     for (const Failure& f : skill->failures) failures.emplace_back(f.when, running);
-    for (const Term& t : skill->terms) terms.emplace_back(t.cost, verdict);
+    const auto cost = [&](const std::string& name) {
+      task_costs = task_costs || name == "task";
+      return verdict(name);
+    };
+    for (const Term& t : skill->terms) terms.emplace_back(t.cost, cost);
     if (!skill->stop.empty()) stop.emplace(skill->stop, running);
     if (!skill->task.achieved.empty()) achieved.emplace(skill->task.achieved, verdict);
     const auto n = static_cast<Eigen::Index>(skill->model->joints().size());
@@ -359,6 +364,10 @@ double Runner::costOf(double task) {
   double cost = 0;
   for (const Expression& t : impl_->terms) cost += t.value();
   return cost;
+}
+
+bool Runner::costDependsOnTask() const {
+  return impl_->task_costs;
 }
 
 bool Runner::motionDependsOnTask() const {

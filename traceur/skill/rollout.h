@@ -55,6 +55,8 @@ class Runner {
   double costOf(double task);
   /// Whether "task" stands in a pose, a force or a condition, so that each task is another motion.
   bool motionDependsOnTask() const;
+  /// Whether "task" is read by a cost.
+  bool costDependsOnTask() const;
 
   /// Time between a recording's frames [s]; rounded to whole steps.
   static constexpr double kInterval = 0.01;

@@ -18,6 +18,10 @@ SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, VectorXd tasks)
         "for several tasks; let the cost alone depend on it",
         skill_->name));
   }
+  if (!runner.costDependsOnTask()) {
+    throw InputError(
+        fmt::format("{}: no cost depends on \"task\": all tasks would be one", skill_->name));
+  }
   idle_.push_back(std::move(runner));
 }
 
