@@ -190,7 +190,7 @@ TEST(ContextualCma, ALuckySampleTeachesEveryTaskItIsTheBestOf) {
                            .x0 = VectorXd::Zero(3),
                            .scale = VectorXd::Ones(3),
                            .lambda = 4});
-  const auto tellAll = [&](auto cost) {
+  const auto tell_all = [&](auto cost) {
     const std::vector<Candidate> asked = optimizer.ask();
     ASSERT_EQ(asked.size(), 4u);
     for (size_t k = 0; k < 4; ++k) {
@@ -199,8 +199,8 @@ TEST(ContextualCma, ALuckySampleTeachesEveryTaskItIsTheBestOf) {
     }
   };
   const VectorXd lucky = optimizer.ask()[0].x;
-  tellAll([](size_t k) { return k == 0 ? 0.0 : 1.0; });
-  tellAll([](size_t k) { return k == 0 ? 2.0 : NAN; });  // nothing better than what is remembered
+  tell_all([](size_t k) { return k == 0 ? 0.0 : 1.0; });
+  tell_all([](size_t k) { return k == 0 ? 2.0 : NAN; });  // nothing better than what is remembered
   for (const auto& point : optimizer.state().A.colwise()) {
     EXPECT_LT((point - lucky).norm(), 1e-6) << optimizer.state().A;
   }

@@ -196,7 +196,7 @@ TEST(CurveCma, SurvivesFailuresAndReportsTheirEnd) {
     for (const Candidate& c : half.ask()) {
       Evaluation e = problem.evaluate(c.x);
       if (g == 0) e.failed = true;
-      if (c.id % 2 == 0) e.task_costs[3] = c.id % 4 == 0 ? kNaN : kInf;
+      if (c.id % 2 == 0) e.task_costs[3] = c.id % 4 == 0 ? double{kNaN} : double{kInf};
       half.tell(c.id, e);
     }
   }

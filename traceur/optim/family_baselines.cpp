@@ -15,8 +15,6 @@
 namespace traceur::optim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t kStateVersion = 2;
 constexpr std::string_view kPhi = "cma";
 constexpr std::string_view kIndividual = "individual";

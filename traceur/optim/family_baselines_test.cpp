@@ -143,7 +143,7 @@ TEST(FamilyBaselines, SurviveFailuresAndReportTheirEnd) {
       for (const Candidate& c : half->ask()) {
         Evaluation e = problem.evaluate(c.x);
         if (c.id % 7 == 0) e.failed = true;
-        if (c.id % 5 == 0) e.task_costs[3] = c.id % 2 == 0 ? kNaN : kInf;
+        if (c.id % 5 == 0) e.task_costs[3] = c.id % 2 == 0 ? double{kNaN} : double{kInf};
         half->tell(c.id, e);
       }
     }
