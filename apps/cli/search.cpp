@@ -125,7 +125,11 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
     run.appendGeneration(g.progress.generation - 1,
                          rowsOf(g.trials, g.progress.generation - 1, constraints),
                          g.optimizer.save(), progress);
-    line.update(g.progress.evaluations, best ? note(*best) : note(g.progress), "trials/s");
+    line.update(g.progress.evaluations,
+                best     ? note(*best)
+                : family ? "no curve has been run yet"
+                         : note(g.progress),
+                "trials/s");
   };
   try {
     return optim::minimise(problem, optimiser, options, start);

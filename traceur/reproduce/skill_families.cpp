@@ -493,10 +493,10 @@ Table figure34() {
   t.protocol =
       "The printed jump is another robot's, of human size, with five parameters: only the order of "
       "the columns can be compared. Between individually learnt tasks parameters are interpolated; "
-      "each has 1600 trials on average, begins with the whole range as standard deviation and ends "
-      "at a cost of 0.001. How many tasks the printed \"high resolution\" had is not said; ours "
-      "21. The "
-      "others begin as in figure-32.";
+      "each has 1600 trials on average, begins at a point of the inner half of the ranges, one for "
+      "all, with the whole range as standard deviation, and ends at a cost of 0.001. How many "
+      "tasks the printed \"high resolution\" had is not said; ours 21. The others begin as in "
+      "figure-32.";
   t.center = Center::kMedian;
   t.points = "task:cost";
   t.made_with = skillPrints;
