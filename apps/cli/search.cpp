@@ -55,6 +55,7 @@ std::string note(const optim::Family& family) {
 
 /// @throws InputError naming the first option that differs from the stored one
 void requireSameOptions(const RunFile& run, const RunFile::Meta& asked) {
+  const auto or_none = [](const std::string& text) { return text.empty() ? "none" : text; };
   for (const auto& [key, value] : asked) {
     const std::string stored = required(run, key);
     if (stored == value) continue;
@@ -66,9 +67,10 @@ void requireSameOptions(const RunFile& run, const RunFile::Meta& asked) {
     }
     if (key == "skill_file") continue;  // the text counts, wherever it lies
     const bool is_text = key == "skill_text" || key == "model";
-    throw InputError(fmt::format("{}: cannot be resumed with another {}{}", where, key,
-                                 is_text ? ": the skill or robot file has changed since it began"
-                                         : fmt::format(": it has {}, got {}", stored, value)));
+    throw InputError(
+        fmt::format("{}: cannot be resumed with another {}{}", where, key,
+                    is_text ? ": the skill or robot file has changed since it began"
+                            : fmt::format(": it has {}, got {}", or_none(stored), or_none(value))));
   }
 }
 
