@@ -98,13 +98,16 @@ std::string wordsOf(const bias::RunLog& log, const bias::BongoLearning& o,
                      samples.kept.size(), wordsOf(samples));
 }
 
+bool usesBias(bias::BongoMethod method) {
+  return method == bias::BongoMethod::kBias || method == bias::BongoMethod::kPublished;
+}
+
 /// A learning as it went, with what the bias of each iteration explains of that iteration's runs.
 /// @param logs  of all its runs, in their order
 std::vector<LearningStep> stepsOf(const bias::BiasLearned& learned,
                                   const std::vector<bias::RunLog>& logs,
                                   const bias::BongoLearning& o) {
-  const bool biased =
-      o.method == bias::BongoMethod::kBias || o.method == bias::BongoMethod::kPublished;
+  const bool biased = usesBias(o.method);
   std::vector<LearningStep> steps;
   std::vector<bias::RunLog> before;  // that the iteration's bias was learned from
   auto next = logs.begin();
@@ -215,7 +218,12 @@ int learn(const Arguments& a) {
   }
   const std::vector<LearningStep> steps = stepsOf(learned, logs, o);
   writeLearning(folder / "learning.png", steps);
-  const int good = bias::successes(machine, o.board, learned.parameters, a.starts, a.seed);
+  const int good =
+      bias::successes(machine, o.board, learned.parameters, a.starts, a.seed, interrupt.token());
+  if (interrupt.token().stop_requested()) {
+    fmt::print(stderr, "stopped; the same command goes on\n");
+    return kInterrupted;
+  }
   const fs::path last = folder / fmt::format("policy-{:02}.json", learned.iterations.size());
   if (a.json) {
     Json j{{"solved", learned.solved},
@@ -285,7 +293,8 @@ int fit(const Arguments& a) {
     for (size_t f = 0; f < all.left_out.size(); ++f) all.left_out[f] += of_log.left_out[f];
   }
   static constexpr size_t kFewest = 10;  // [ours]
-  if (!logs.empty() && train.size() + test.size() < kFewest) {
+  const bool biased = usesBias(o.method);
+  if (biased && !logs.empty() && train.size() + test.size() < kFewest) {
     throw InputError(fmt::format(
         "--data: {} usable samples in {} logs, expected at least {}. A sample is {} readings; left "
         "out: {}",
@@ -300,7 +309,7 @@ int fit(const Arguments& a) {
   bias::writePolicy(out, found.parameters);
 
   VectorXd explained;
-  if (!test.empty() && !train.empty()) {
+  if (biased && !test.empty() && !train.empty()) {
     explained = bias::explained(bias::DynamicsBias(bias::spread(train, options), options), test);
   }
   const double success = bias::BalanceCost().failure;
@@ -352,7 +361,9 @@ int evaluate(const Arguments& a) {
   bias::BongoMachine machine = machineOf(a);
   if (a.angle > 0) machine.start_angle = a.angle * std::numbers::pi / 180;
   const VectorXd parameters = bias::readPolicy(a.policy);
-  const int good = bias::successes(machine, {}, parameters, a.starts, a.seed);
+  Interrupt interrupt;  // before any other thread
+  const int good = bias::successes(machine, {}, parameters, a.starts, a.seed, interrupt.token());
+  if (interrupt.token().stop_requested()) return kInterrupted;
   if (a.json) {
     fmt::print("{}\n", Json{{"balanced_starts", good}, {"starts", a.starts}}.dump(2));
   } else {

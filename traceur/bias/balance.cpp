@@ -30,7 +30,6 @@ std::string BalanceLimits::failure(const BongoParameters& board, const BongoBoar
   if (!within(x[0] + x[1], board_angle)) return "board angle";
   if (!within(x[3], rate) || !within(x[4], rate) || !within(x[3] + x[4], rate)) return "rate";
   if (!within(x.head<3>().lpNorm<1>(), distance)) return "distance";
-  if (!within(board.wheel_radius * x[0], wheel_place)) return "wheel place";
   // Flatter than this the board is off the ground wherever on the wheel it lies.
   static constexpr double kFlat = 0.15;
   if (std::abs(x[0] + x[1]) > kFlat && boardHeight(board, x) < board_height) {

@@ -30,9 +30,11 @@ struct BalancePolicy {
   double torque(const BongoParameters& board, const BongoBoard::State& x) const;
 };
 
-/// When an episode has failed: criteria 1 to 6 of [Ha2015, §8.3.3] by their numbers there, and one
-/// more. The paper prints no thresholds; but for the first these are the ones its experiments ran
-/// with. Criterion 2, board and wheel have parted, is not judged: a state does not tell it.
+/// When an episode has failed: criteria 1 to 6 of [Ha2015, §8.3.3] by their numbers there. That the
+/// wheel leaves the paper's ground, 0.15 m from where it began, cannot come before criterion 3,
+/// which ends at 0.12 m. The paper prints no thresholds; but for the first these are the ones its
+/// experiments ran with. Criterion 2, board and wheel have parted, is not judged: a state does not
+/// tell it.
 struct BalanceLimits {
   double board_height = 0.005;  ///< 1, "board on the ground": its lower end [m] [ours]
   double distance = 4.5;        ///< 3, "distance": |α_w| + |α_b| + |θ| [rad]
@@ -40,7 +42,6 @@ struct BalanceLimits {
   double board_angle = 0.3;     ///< 5, "board angle": of the board from the horizontal [rad]; with
                                 ///< its middle on the wheel it touches the ground at 0.34
   double rate = 6.2;            ///< 6, "rate": of wheel, board and both together [rad/s]
-  double wheel_place = 0.15;    ///< "wheel place": |r α_w| [m]: where the paper's ground ends
 
   /// The name of what has failed, as above, or "" while all is well.
   std::string failure(const BongoParameters& board, const BongoBoard::State& x) const;

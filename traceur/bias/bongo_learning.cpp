@@ -102,6 +102,12 @@ BongoMachine readBongoMachine(const std::filesystem::path& file) {
                  fmt::format("expected {} to {}, got {}", field.least, field.most, value));
     }
   }
+  const double time_step = BongoBoard().timeStep();
+  const double steps = machine.faults.delay / time_step;
+  if (std::abs(steps - std::round(steps)) > 1e-6) {
+    table.fail("delay", fmt::format("expected whole steps of {} s, got {}", time_step,
+                                    machine.faults.delay));
+  }
   table.finish();
   top.finish();
   diagnostics.throwIfAny();
@@ -364,9 +370,9 @@ PlantRun runMachine(const BongoMachine& machine, const BongoParameters& board,
 }
 
 int successes(const BongoMachine& machine, const BongoParameters& board, const VectorXd& parameters,
-              int count, std::uint64_t seed) {
+              int count, std::uint64_t seed, const std::stop_token& stop) {
   int good = 0;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count && !stop.stop_requested(); ++i) {
     Random random(seed, kTries, static_cast<std::uint64_t>(i));
     const double wheel = random.uniform(-machine.start_angle, machine.start_angle);
     const double tilt = random.uniform(-machine.start_angle, machine.start_angle);

@@ -138,8 +138,9 @@ Episode episodeOf(const RunLog& log, const BongoParameters& board, const Balance
 PlantRun runMachine(const BongoMachine& machine, const BongoParameters& board,
                     const VectorXd& parameters, std::uint64_t seed, int number);
 
-/// Of `count` random starts, how many a policy balances from for five seconds.
+/// Of `count` random starts, how many a policy balances from for five seconds; of those before the
+/// stop was asked for.
 int successes(const BongoMachine& machine, const BongoParameters& board, const VectorXd& parameters,
-              int count, std::uint64_t seed);
+              int count, std::uint64_t seed, const std::stop_token& stop = {});
 
 }  // namespace traceur::bias

@@ -25,9 +25,15 @@ class BongoMachineFile : public testing::Test {
     }
     return "";
   }
-  void TearDown() override { std::filesystem::remove(file); }
+  void SetUp() override {
+    std::string name = std::filesystem::temp_directory_path() / "traceur-machine-XXXXXX";
+    ASSERT_TRUE(mkdtemp(name.data()));
+    folder = name;
+    file = folder / "machine.toml";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder); }
 
-  std::filesystem::path file = std::filesystem::temp_directory_path() / "traceur-machine.toml";
+  std::filesystem::path folder, file;
 };
 
 TEST_F(BongoMachineFile, HasEveryFaultByName) {
@@ -58,6 +64,7 @@ TEST_F(BongoMachineFile, SaysWhatIsWrongAndWhere) {
   EXPECT_NE(messageOf("[faults]\ndelays = 1\n").find(":2:"), std::string::npos);
   EXPECT_NE(messageOf("[faults]\ndelays = 1\n").find("delay"), std::string::npos);
   EXPECT_NE(messageOf("[faults]\ndelay = -1\n").find("expected 0 to 0.5"), std::string::npos);
+  EXPECT_NE(messageOf("[faults]\ndelay = 0.0026\n").find("whole steps"), std::string::npos);
   EXPECT_NE(messageOf("start_angle = \"far\"\n").find("number"), std::string::npos);
 }
 

@@ -95,6 +95,7 @@ static inline float traceur_bongo_torque(float wheel, float board, float leg, fl
       (-r * vf + r * board_rate) * cosf(f) - r * board * sinf(f) * vf - l * cosf(p) * vp;
   const float u = {:#.9g}f * place + {:#.9g}f * speed + {:#.9g}f * leg + {:#.9g}f * leg_rate +
                   {:#.9g}f * f;
+  if (u != u) return 0; /* a reading that is no number */
   return fminf({:#.9g}f, fmaxf(-{:#.9g}f, u));
 }}
 #endif

@@ -13,9 +13,13 @@ namespace {
 
 class PolicyFile : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder); }
+  void SetUp() override {
+    std::string name = std::filesystem::temp_directory_path() / "traceur-policy-XXXXXX";
+    ASSERT_TRUE(mkdtemp(name.data()));
+    folder = name;
+  }
   void TearDown() override { std::filesystem::remove_all(folder); }
-  std::filesystem::path folder = std::filesystem::temp_directory_path() / "traceur-policy-test";
+  std::filesystem::path folder;
 };
 
 VectorXd parameters() {
@@ -70,6 +74,8 @@ int main(void) {
     for (int j = 0; j < 6; ++j) readings << x[j] << (j < 5 ? " " : "\n");
     expected.push_back(policy.torque({}, x));
   }
+  readings << "nan 0 0 0 0 0\n";
+  expected.push_back(0);
   readings.close();
   const std::string in = folder.string();
   ASSERT_EQ(std::system(("cc -Wall -Werror -o " + in + "/a.out " + in + "/main.c -lm && " + in +
