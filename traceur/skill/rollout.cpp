@@ -67,7 +67,8 @@ struct Runner::Impl {
   double task = 0;
   double horizon = 0;
   double time = 0;
-  double phase_time = 0;
+  double entered = 0;          // the phase, at this time
+  double phase_time = 0;       // a whole number of steps, which a difference of two times is not
   std::vector<double> failed;  // by failure: 0 or 1
   bool task_moves = false;     // the motion depends on the task
   bool task_costs = false;     // a cost does
@@ -84,7 +85,7 @@ struct Runner::Impl {
   sim::Vector3d sensed_velocity = sim::Vector3d::Zero();  // [m/s]
 
   // Scratch.
-  control::JointTarget from, goal, target;
+  control::JointTarget from, goal, reached, target;  // reached: without feedback
   VectorXd tau;
   sim::Torque command;
   Random noise{0};
@@ -135,7 +136,7 @@ struct Runner::Impl {
     if (!skill->stop.empty()) stop.emplace(skill->stop, running);
     if (!skill->task.achieved.empty()) achieved.emplace(skill->task.achieved, verdict);
     const auto n = static_cast<Eigen::Index>(skill->model->joints().size());
-    for (auto* q : {&from.q, &goal.q, &target.q}) q->setZero(n);
+    for (auto* q : {&from.q, &goal.q, &reached.q, &target.q}) q->setZero(n);
   }
 
   static std::vector<BoundTarget> bind(const std::vector<JointValue>& values,
@@ -172,7 +173,7 @@ struct Runner::Impl {
   }
 
   void enter(int phase) {
-    from = goal;
+    from = reached;
     const Phase& p = skill->phases[phase];
     if (!p.from_previous) goal.q = p.base;
     for (const BoundTarget& t : phases[phase].targets) goal.q[t.joint] = t.sign * t.value.value();
@@ -181,7 +182,8 @@ struct Runner::Impl {
     }
   }
 
-  void measure(int phase) {
+  /// @param end  no step follows
+  void measure(int phase, bool end) {
     for (size_t i = 0; i < measures.size(); ++i) {
       const Measure& m = skill->measures[i];
       if (!m.during[phase]) continue;
@@ -205,7 +207,7 @@ struct Runner::Impl {
           b.value = first ? x : b.value + (x - b.value) / b.seen;
           break;
         case Measure::Take::kIntegral:
-          b.value = (first ? 0 : b.value) + x * skill->model->timeStep();
+          b.value = (first ? 0 : b.value) + (end ? 0 : x * skill->model->timeStep());
           break;
       }
     }
@@ -214,8 +216,9 @@ struct Runner::Impl {
   void control(int phase, const sim::Snapshot& s) {
     const BoundPhase& p = phases[phase];
     const double blend = p.blend.value();
-    const double done = blend > 0 ? std::min(1.0, phase_time / blend) : 1.0;
+    const double done = blend > 0 ? std::min(1.0, (time - entered) / blend) : 1.0;
     target.q = from.q + done * (goal.q - from.q);
+    reached.q = done < 1 ? target.q : goal.q;  // to the bit
     const Disturbance& d = skill->disturbance;
     if (senses_velocity) sensed_velocity = s.comVelocity();
     if (senses_velocity && d.velocity_noise > 0) {
@@ -258,7 +261,7 @@ struct Runner::Impl {
     Hash hash;
     world.reset(skill->start);
     const sim::Snapshot& s = world.snapshot();
-    goal = control::targetOf(*skill->model, skill->start);
+    goal = reached = control::targetOf(*skill->model, skill->start);
     command.tau.setZero(skill->model->nu());
     if (recording) {
       recording->mjcf = skill->model->mjcf();
@@ -275,23 +278,23 @@ struct Runner::Impl {
       late.assign(delay, command);
     }
     int phase = 0;
-    double entered = 0;
-    time = phase_time = 0;
+    int entered_step = 0;
+    time = entered = phase_time = 0;
     enter(0);
     for (int step = 0;; ++step) {
       time = step * dt;
       signals.update(s);
-      phase_time = time - entered;
+      phase_time = (step - entered_step) * dt;
       // A phase may end at once, but each at most once per step.
       for (size_t k = 0; k < phases.size() && phases[phase].until; ++k) {
         const int next = skill->phases[phase].next;
         if (next == static_cast<int>(phases.size()) || !phases[phase].until->holds()) break;
         phase = next;
         entered = time;
+        entered_step = step;
         phase_time = 0;
         enter(phase);
       }
-      measure(phase);
       bool end = step >= steps;
       for (size_t i = 0; i < failures.size(); ++i) {
         if (skill->failures[i].during[phase] && failures[i].holds()) {
@@ -304,6 +307,7 @@ struct Runner::Impl {
         r.ended = "stop";
         end = true;
       }
+      measure(phase, end);
       if (step % every == 0 || end) {
         hash.add({s.q().data(), static_cast<size_t>(s.q().size())});
         hash.add({s.v().data(), static_cast<size_t>(s.v().size())});

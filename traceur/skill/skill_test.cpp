@@ -77,11 +77,9 @@ TEST(SkillFile, PhasesMayFormACycle) {
   const auto skill = fromText(swing);
   sim::Recording recording;
   Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1, &recording);
-  int changes = 0;
-  for (size_t k = 1; k < recording.frames.size(); ++k) {
-    changes += recording.frames[k].phase != recording.frames[k - 1].phase;
-  }
-  EXPECT_EQ(changes, 7);  // 0.2 s in turns of 0.02 and 0.03
+  // 0.2 s in turns of 0.02 and 0.03, each to the step, whenever it begins.
+  ASSERT_EQ(recording.frames.size(), 21U);
+  for (int k = 0; k <= 20; ++k) EXPECT_EQ(recording.frames[k].phase, k % 5 < 2 ? 0 : 1) << k;
   EXPECT_NE(mistakes(replaced(swing, "then = \"bend\"", "then = \"bned\""))
                 .find("no phase named \"bned\". Did you mean \"bend\"?"),
             std::string::npos);
@@ -247,8 +245,9 @@ TEST(Rollout, AMeasureThatSawNothingHasNoValueUnlessTheFileGivesOne) {
   const auto early = [&](const std::string& of) {
     const auto skill = fromText(of);
     const SkillProblem problem(skill, 0.1);
-    EXPECT_EQ(problem.evaluate(x).meaningful(), std::isfinite(problem.evaluate(x).cost));
-    return Runner(skill).run(x, 0.1).measures[2];
+    const double value = Runner(skill).run(x, 0.1).measures[2];
+    EXPECT_EQ(problem.evaluate(x).meaningful(), !std::isnan(value));
+    return value;
   };
   for (const char* take : {"first", "last", "min", "max", "mean"}) {
     EXPECT_TRUE(std::isnan(early(
@@ -258,6 +257,32 @@ TEST(Rollout, AMeasureThatSawNothingHasNoValueUnlessTheFileGivesOne) {
   EXPECT_EQ(early(replaced(text, "take = \"max\", during", "take = \"integral\", during")), 0);
   EXPECT_EQ(
       early(replaced(text, "take = \"max\", during", "take = \"max\", otherwise = 7, during")), 7);
+}
+
+TEST(Rollout, AnIntegralIsOverTheTimeThatPasses) {
+  const auto skill = fromText(replaced(kNod, "early = { of = \"time\", take = \"max\"",
+                                       "early = { of = \"1\", take = \"integral\""));
+  EXPECT_NEAR(Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1).measures[2], 0.1, 1e-12);
+  const auto whole =
+      fromText(replaced(kNod, "early = { of = \"time\", take = \"max\", during = [\"bend\"]",
+                        "early = { of = \"1\", take = \"integral\""));
+  EXPECT_NEAR(Runner(whole).run(VectorXd::Constant(1, 0.3), 0.1).measures[2], 0.2, 1e-12);
+}
+
+TEST(Rollout, APhaseCutShortGoesOnFromTheTargetThatWasReached) {
+  const auto skill = fromText(replaced(
+      replaced(kNod, "until = \"phase_time >= 0.1\"", "blend = 0.2\nuntil = \"phase_time >= 0.1\""),
+      "pose = { base = \"previous\" }", "pose = { base = \"stand\" }\nblend = 0.1"));
+  double before = NAN;
+  double largest = 0;
+  Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1, nullptr,
+                    [&](double, int, const control::JointTarget& target) {
+                      const double q = target.q[skill->model->joint("l_shoulder").v - 6];
+                      if (!std::isnan(before)) largest = std::max(largest, std::abs(q - before));
+                      before = q;
+                    });
+  EXPECT_GT(largest, 0);
+  EXPECT_LT(largest, 0.01);  // 0.6 rad in 0.2 s, a step of 1 ms
 }
 
 TEST(Rollout, TooManyContactsAreAFailedTrialWithItsOwnWords) {
