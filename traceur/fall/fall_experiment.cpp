@@ -45,8 +45,8 @@ FallExperiment::Outcome FallExperiment::run(const Push& push, Strategy strategy,
     if (!first && (plan || !options_.replans)) return std::nullopt;
     const FallPlan found = first && plan ? *plan : this->plan(start);
     // As printed, a plan is followed whatever it costs.
-    const bool refused = options_.problem.stall == Stall::kStops && !found.contacts.empty() &&
-                         heldCost(start, pose) < found.cost;
+    const bool refused = !(first && plan) && options_.problem.stall == Stall::kStops &&
+                         !found.contacts.empty() && heldCost(start, pose) < found.cost;
     if (first) {
       outcome.plan = found;
       outcome.refused = refused;

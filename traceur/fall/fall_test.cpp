@@ -273,6 +273,24 @@ TEST(Planner, BranchAndBoundIsExact) {
   }
 }
 
+TEST(Planner, ARodDoesNotStopAFallByGrowingBeyondTheRobot) {
+  FallProblem p;
+  p.model = {.mass = 100, .inertia = 10};
+  p.graph.nodes = {{"feet", {}}};
+  p.graph.edges = {{}};
+  p.rod_speed = 0.6;
+  // A tenth faster than what stands up again by itself.
+  const double r = 1.1, theta = -0.3;
+  const double passive = std::sqrt(2 * p.model.gravity * (1 - std::cos(theta)) / r);
+  const FallState start{0, 0, {.theta = theta, .r = r, .theta_rate = 1.1 * passive}};
+  Expansion out;
+  expand(p, start, out);
+  EXPECT_TRUE(out.stops);  // at twice the length
+  p.lengths = {{0.6, 1.2}};
+  expand(p, start, out);
+  EXPECT_FALSE(out.stops);
+}
+
 TEST(Planner, ACachePlansNoBetterThanTheOptimum) {
   const auto falls = fallsOf("atlas");
   const FallProblem p = coarse(*falls, "two_feet", "forward");

@@ -110,7 +110,7 @@ class Follower {
   control::JointTarget target(const sim::Snapshot& s, const sim::State& pose,
                               const control::JointTarget& before) {
     if (begun_ < 0) {
-      noticed_ = begun_ = s.time();
+      noticed_ = begun_ = asked_ = s.time();
       from_ = target_ = before;
       ask(s, pose);
     }
@@ -127,8 +127,9 @@ class Follower {
         ++made_;
         if (!(touched && ask(s, pose))) enter(s.time());
       }
-    } else if (s.time() - begun_ > tracking_.again && falling(s)) {
-      if (!ask(s, pose)) begun_ = s.time();
+    } else if (s.time() - asked_ > tracking_.again && falling(s)) {
+      asked_ = s.time();
+      ask(s, pose);
     }
     if (way_.empty()) return target_;
     const double n = static_cast<double>(way_.size());
@@ -188,7 +189,7 @@ class Follower {
   }
 
   void enter(double time) {
-    begun_ = time;
+    begun_ = asked_ = time;
     from_ = target_;
     if (stage_ >= motion_.stages.size()) {
       if (motion_.rest.q.size() == 0) return;
@@ -232,7 +233,8 @@ class Follower {
   int node_ = 0;  // the last that touched
   std::vector<int> made_nodes_ = {0};
   double noticed_ = 0;
-  double begun_ = -1;  // the stage
+  double begun_ = -1;  // the stage, or the way to rest
+  double asked_ = -1;
   double ramp_ = 0;
   control::JointTarget from_, target_;
   std::vector<control::JointTarget> way_;

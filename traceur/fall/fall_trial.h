@@ -94,8 +94,8 @@ class FallSimulator {
   void checkStance() const;
 
   /// Makes the motion from a state; nothing where none is needed or known: what was begun then goes
-  /// on. It is asked when the fall is noticed, whenever a contact has been made, and again when the
-  /// last has not stopped the fall.
+  /// on. It is asked when the fall is noticed, at the first touch of a planned part (its impulse is
+  /// still to come, as measured states have it), and again when the last has not stopped the fall.
   using Plan = std::function<std::optional<FallMotion>(
       const FallState& start, const std::vector<PoseSolver::Goal>& made, const sim::State& pose)>;
   /// A whole trial. Equal arguments give equal bits.

@@ -33,6 +33,17 @@ int stepsOf(const FallProblem& problem, double time) {
   return static_cast<int>(std::lround(time / problem.model.step));
 }
 
+/// How far beyond the random poses a rod may grow or shrink [ours]: they do not meet the extremes.
+constexpr double kBeyondPoses = 1.05;
+
+/// Whether a rod becomes longer or shorter than the robot can make it: growing without end it would
+/// stop any fall.
+bool leavesReach(const FallProblem& problem, int node, double r, double rate) {
+  if (problem.lengths.empty()) return false;
+  const auto [least, most] = problem.lengths[node];
+  return rate > 0 ? r > kBeyondPoses * most : rate < 0 && r < least / kBeyondPoses;
+}
+
 double rodRate(const FallProblem& problem, int i) {
   const int n = problem.grid.rod_rates;
   return n == 1 ? 0 : problem.rod_speed * (2.0 * i / (n - 1) - 1);
@@ -74,6 +85,7 @@ void expand(const FallProblem& problem, const FallState& from, Expansion& out) {
     PendulumState s = from.pendulum;
     for (int k = 1; k <= last && s.theta < std::numbers::pi / 2; ++k) {
       step(problem.model, rate, s);
+      if (leavesReach(problem, from.contact, s.r, rate)) break;
       if (s.theta_rate <= 0) {
         out.stops = out.stops || problem.stall == Stall::kStops;
         break;

@@ -23,7 +23,7 @@ class ValueTable {
  public:
   /// Of the values: to be raised when a change of this file, of the planner or of the pendulum
   /// moves one, so that tables kept on disk are made again.
-  static constexpr int kVersion = 1;
+  static constexpr int kVersion = 2;
 
   explicit ValueTable(const FallProblem& problem, const ValueGrid& grid = {});
   /// One that was made before.

@@ -201,6 +201,8 @@ static inline enum fall_answer fall_next(const struct fall_library* l,
       rate += l->step * (l->gravity * sinf(theta) - 2 * rod_rate * rate) / r;
       theta += l->step * rate;
       r += l->step * rod_rate;
+      /* no longer and no shorter than the robot can make it, give or take a twentieth */
+      if (rod_rate > 0 ? r > 1.05f * node->r.max : rod_rate < 0 && r < node->r.min / 1.05f) break;
       if (rate <= 0) {
         if (l->stall_stops) return FALL_STOPS;
         break;
