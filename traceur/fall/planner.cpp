@@ -33,15 +33,16 @@ int stepsOf(const FallProblem& problem, double time) {
   return static_cast<int>(std::lround(time / problem.model.step));
 }
 
-/// How far beyond the random poses a rod may grow or shrink [ours]: they do not meet the extremes.
+/// How far beyond the random poses a rod is planned for [ours]: they do not meet the extremes.
 constexpr double kBeyondPoses = 1.05;
 
-/// Whether a rod becomes longer or shorter than the robot can make it: growing without end it would
-/// stop any fall.
-bool leavesReach(const FallProblem& problem, int node, double r, double rate) {
-  if (problem.lengths.empty()) return false;
+/// Whether the robot can make a rod that long. Growing without end it would stop any fall; and from
+/// states that no pose has, plans are worse than what was begun [of 100 random pushes of Atlas on
+/// two feet 26 come out otherwise, 20 of them better; the mean share falls from 0.57 to 0.52].
+bool withinReach(const FallProblem& problem, int node, double r) {
+  if (problem.lengths.empty()) return true;
   const auto [least, most] = problem.lengths[node];
-  return rate > 0 ? r > kBeyondPoses * most : rate < 0 && r < least / kBeyondPoses;
+  return least / kBeyondPoses <= r && r <= kBeyondPoses * most;
 }
 
 double rodRate(const FallProblem& problem, int i) {
@@ -85,7 +86,7 @@ void expand(const FallProblem& problem, const FallState& from, Expansion& out) {
     PendulumState s = from.pendulum;
     for (int k = 1; k <= last && s.theta < std::numbers::pi / 2; ++k) {
       step(problem.model, rate, s);
-      if (leavesReach(problem, from.contact, s.r, rate)) break;
+      if (!withinReach(problem, from.contact, s.r)) break;
       if (s.theta_rate <= 0) {
         out.stops = out.stops || problem.stall == Stall::kStops;
         break;

@@ -50,4 +50,20 @@ double BoundFold::unfold(int i, double x) const {
   return x;
 }
 
+double BoundFold::unfoldNear(int i, double x, double to) const {
+  const double y = unfold(i, x);
+  if (!any_) return y;
+  const double low = lower_[i] - margin_[i];
+  const double high = upper_[i] + margin_[i];
+  const double period = 2 * (high - low);
+  double nearest = y;
+  for (const double image : {y, 2 * low - y, 2 * high - y}) {
+    if (!std::isfinite(image)) continue;
+    const double turns = std::isfinite(period) ? std::round((to - image) / period) : 0;
+    const double there = turns == 0 ? image : image + turns * period;
+    if (std::abs(there - to) < std::abs(nearest - to)) nearest = there;
+  }
+  return nearest;
+}
+
 }  // namespace traceur::optim

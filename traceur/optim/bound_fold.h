@@ -31,6 +31,9 @@ class BoundFold {
   /// The y nearest to the box's inside with fold(i, y) = x, for l ≤ x ≤ u.
   double unfold(int i, double x) const;
 
+  /// Of all y with fold(i, y) = x, the one nearest to `to`: a search may have gone through mirrors.
+  double unfoldNear(int i, double x, double to) const;
+
   /// Whether any variable is bounded: otherwise fold() is the identity.
   bool any() const { return any_; }
   /// u - l; infinite without two bounds.

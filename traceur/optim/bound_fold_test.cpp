@@ -52,6 +52,26 @@ TEST(BoundFold, UnfoldInvertsFoldUpToTheBoundsThemselves) {
   }
 }
 
+TEST(BoundFold, UnfoldsNearWhereTheSearchIs) {
+  Random random(4);
+  for (const auto& [l, u] : {std::pair(-2.0, 3.0), std::pair(-2.0, kInf), std::pair(-kInf, 3.0)}) {
+    const BoundFold fold = foldOf(l, u, 0.3);
+    for (int k = 0; k < 500; ++k) {
+      const double to = random.uniform(-20, 20);
+      const double x = fold.fold(0, to);
+      // Where the fold is not level, the place itself.
+      EXPECT_NEAR(fold.fold(0, fold.unfoldNear(0, x, to)), x, 1e-14);
+      EXPECT_NEAR(fold.unfoldNear(0, x, to), to, 1e-6);
+      const double other = random.uniform(-2, 3);
+      const double y = fold.unfoldNear(0, other, to);
+      EXPECT_NEAR(fold.fold(0, y), other, 1e-14);
+      EXPECT_LE(std::abs(y - to), std::abs(fold.unfold(0, other) - to));
+    }
+    EXPECT_EQ(fold.unfoldNear(0, 0.3, 0.4), 0.3);
+  }
+  EXPECT_EQ(BoundFold().unfoldNear(0, 0.3, 9), 0.3);
+}
+
 TEST(BoundFold, HasNoKinkAnywhere) {
   const BoundFold fold = foldOf(-2, 3);
   const double h = 1e-5;

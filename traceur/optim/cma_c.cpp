@@ -167,7 +167,9 @@ void CmaC::setMetric() {
 
 VectorXd CmaC::inMetric(const VectorXd& x) const {
   VectorXd u(x.size());
-  for (int i = 0; i < x.size(); ++i) u[i] = bounds_.unfold(i, x[i]) - center_[i];
+  for (int i = 0; i < x.size(); ++i) {
+    u[i] = bounds_.unfoldNear(i, x[i], center_[i]) - center_[i];
+  }
   return metric_ * u;
 }
 

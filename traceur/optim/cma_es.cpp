@@ -206,13 +206,17 @@ void CmaEs::takeHeld() {
   CmaState& s = state_;
   if (s.held.size() == 0) return;
   int worst = 0;
+  bool meaningful = false;
   for (int k = 0; k < constants_.lambda; ++k) {
     if (told_[k]->rank_class == 0) return;
+    meaningful = meaningful || told_[k]->rank_class == 1;
     if (*told_[worst] < *told_[k]) worst = k;
   }
+  if (!meaningful) return;  // a generation that says nothing moves nothing
   const int n = dimension();
   for (int i = 0; i < n; ++i) {
-    step_[i] = (bounds_.unfold(i, s.held[i]) - s.mean[i]) / (s.sigma * options_.scale[i]);
+    const double y = bounds_.unfoldNear(i, s.held[i], s.mean[i]);
+    step_[i] = (y - s.mean[i]) / (s.sigma * options_.scale[i]);
   }
   auto z = Z_.col(worst);
   z.noalias() = s.B.transpose() * step_;
@@ -435,7 +439,8 @@ std::optional<Stop> CmaEs::findHistoryStop(int meaningful) const {
   const std::uint64_t every = (t.tolstagnation + 19) / 20;
   const size_t window = stagnationWindow();
   if (history_.count < window || history_.count % every != 0) return std::nullopt;
-  const auto part = static_cast<std::ptrdiff_t>(0.3 * static_cast<double>(window));
+  const auto part =
+      std::max<std::ptrdiff_t>(1, static_cast<std::ptrdiff_t>(0.3 * static_cast<double>(window)));
   const auto ends = [&](const std::vector<Told>& all) {
     const auto begin = all.end() - static_cast<std::ptrdiff_t>(window);
     std::vector<Told> first(begin, begin + part);

@@ -563,6 +563,37 @@ TEST(CmaEs, HoldsTheFeasibleTrialItKnows) {
   EXPECT_LT((one.mean() - candidates[3].x).norm(), 1e-14);
 }
 
+TEST(CmaEs, HoldsAFeasibleTrialBehindAMirrorToo) {
+  int behind = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CmaEs cma({.x0 = VectorXd::Constant(2, 0.95),
+               .sigma = 0.2,
+               .lower = VectorXd::Zero(2),
+               .upper = VectorXd::Ones(2),
+               .seed = seed,
+               .hold_feasible = true});
+    // The one feasible trial draws the mean to it, and is held there when no other comes.
+    for (const Candidate& c : cma.ask()) cma.tell(c.id, {.cost = 1, .violated = {c.id != 0}});
+    const VectorXd mean = cma.state().mean;
+    behind += (mean.array() > 1.05).any();
+    for (const Candidate& c : cma.ask()) cma.tell(c.id, {.cost = 1, .violated = {true}});
+    EXPECT_LT((cma.state().mean - mean).norm(), 1e-6) << seed;
+  }
+  EXPECT_GT(behind, 3);
+}
+
+TEST(CmaEs, FailuresAloneMoveNothingWhateverIsHeld) {
+  CmaEs cma({.x0 = VectorXd::Zero(3), .sigma = 1, .hold_feasible = true, .try_start = true});
+  step(cma, [](const VectorXd& x) { return Evaluation{.cost = x[0], .violated = {false}}; });
+  const VectorXd mean = cma.mean();
+  for (int g = 0; g < 40 && !cma.stopped(); ++g) {
+    step(cma, [](const VectorXd&) { return Evaluation{.failed = true}; });
+    EXPECT_EQ(cma.mean(), mean);
+  }
+  ASSERT_TRUE(cma.stopped());
+  EXPECT_EQ(cma.stopped()->reason, "tolallfailed");
+}
+
 TEST(CmaEs, RefusesWrongOptionsWithOneClearMessage) {
   const auto message = [](CmaEsOptions options) -> std::string {
     try {

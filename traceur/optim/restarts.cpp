@@ -78,7 +78,7 @@ void Restarts::endGeneration() {
   const std::uint64_t used = cma_->state().generation * s_.lambda;
   const bool spent = s_.small && 2 * used >= s_.latest_large;
   const std::optional<Stop>& stop = cma_->state().stop;
-  if (!spent && (!stop || stop->reason == "tolallfailed")) return;
+  if (stop ? stop->reason == "tolallfailed" : !spent) return;
 
   State next = s_;
   next.first_id += used;

@@ -202,7 +202,7 @@ static inline enum fall_answer fall_next(const struct fall_library* l,
       theta += l->step * rate;
       r += l->step * rod_rate;
       /* no longer and no shorter than the robot can make it, give or take a twentieth */
-      if (rod_rate > 0 ? r > 1.05f * node->r.max : rod_rate < 0 && r < node->r.min / 1.05f) break;
+      if (r > 1.05f * node->r.max || r < node->r.min / 1.05f) break;
       if (rate <= 0) {
         if (l->stall_stops) return FALL_STOPS;
         break;
