@@ -89,6 +89,8 @@ std::string variantOf(const Arguments& a) {
   for (const std::string& node : a.without) variant += "-without-" + node;
   if (a.literal) variant += "-literal";
   if (a.once) variant += "-once";
+  if (a.exact) variant += "-exact";
+  if (a.seed != 1) variant += fmt::format("-seed{}", a.seed);
   return variant;
 }
 

@@ -195,14 +195,27 @@ TEST(FallRobot, NamesAJointABodyAndAGraphThatAreNone) {
 }
 
 TEST(FallRobot, GraphsAreThePublishedOnes) {
-  const auto count = [](const FallSetup& s) {
-    size_t n = 0;
-    for (const auto& next : s.graph.edges) n += next.size();
-    return n;
+  const auto edges = [](const FallSetup& s) {
+    std::string text;
+    for (size_t i = 0; i < s.graph.nodes.size(); ++i) {
+      for (const int to : s.graph.edges[i]) {
+        text += s.graph.nodes[i].name + ">" + s.graph.nodes[to].name + " ";
+      }
+    }
+    return text;
   };
-  EXPECT_EQ(count(fallsOf("bioloid-gp")->setup("one_foot", "forward")), 11U);
+  EXPECT_EQ(edges(fallsOf("bioloid-gp")->setup("one_foot", "forward")),
+            "right-toes>left-heel right-toes>left-toes right-toes>hands right-toes>head "
+            "left-heel>left-toes left-toes>hands left-toes>head left-toes>right-heel "
+            "hands>head hands>right-heel head>right-heel ");
   const auto atlas = fallsOf("atlas");
-  for (const FallSetup& s : atlas->setups) EXPECT_EQ(count(s), 6U);
+  EXPECT_EQ(edges(atlas->setup("one_foot", "forward")),
+            "right-foot>left-foot right-foot>hands right-foot>head left-foot>hands left-foot>head "
+            "hands>head ");
+  EXPECT_EQ(edges(atlas->setup("two_feet", "forward")),
+            "feet>knees feet>hands feet>head knees>hands knees>head hands>head ");
+  EXPECT_EQ(edges(atlas->setup("two_feet", "backward")),
+            "feet>hips feet>hands feet>back hips>hands hips>back hands>back ");
   EXPECT_THROW(atlas->setup("two_feet", "sideways"), InputError);
 }
 
@@ -230,6 +243,19 @@ TEST(ReachTable, HoldsThePosesItWasMadeFrom) {
       EXPECT_LT(a[i][e].filled(), 0.5);
       EXPECT_EQ(a[i][e].filled(), b[i][e].filled());
     }
+  }
+  // The stance itself lies in a cell that some random pose has marked.
+  sim::World world(body.model());
+  world.reset(body.model()->stateOf(falls->robot->poses.at("two_feet")));
+  const sim::Snapshot& s = world.snapshot();
+  const ReachTables many = sampleReach(body, *falls, {.poses = 5000, .seed = 3, .cell = 0.05});
+  const double r1 = (body.com(s) - body.node(s, 0)).norm();
+  for (size_t e = 0; e < many[0].size(); ++e) {
+    const int to = body.setup().graph.edges[0][e];
+    const double r2 = (body.node(s, to) - body.com(s)).norm();
+    const double theta2 = body.stopperAngle(s, 0, to);
+    EXPECT_TRUE(many[0][e].reachable(r1, r2, theta2)) << e;
+    EXPECT_FALSE(many[0][e].reachable(r2 / 3, 2 * r1, theta2)) << e;
   }
 }
 

@@ -18,7 +18,8 @@ struct CmaCOptions {
   /// How many constraints a trial reports on. 0: this is CMA-ES, to the bit.
   int constraints = 0;
   /// Trials run earlier under the same constraints and variables: their classifiers are there at
-  /// once. A trial that reports on fewer constraints leaves the others unlabelled.
+  /// once. A trial that reports on fewer constraints leaves the others unlabelled; one that
+  /// reports on none says that all hold.
   std::vector<Trial> experience = {};
 
   /// α of the probability 1/(1 + exp(-α d)) with which one classifier lets a draw pass [Ha2015,
