@@ -48,7 +48,7 @@ CLI::Validator isSeed() {
   return {[](const std::string& text) {
             return text.starts_with('-') ? fmt::format("expected a number >= 0, got {}", text) : "";
           },
-          "UINT"};
+          ""};
 }
 
 }  // namespace traceur::cli

@@ -7,6 +7,7 @@
 
 #include "traceur/bias/noisy_plant.h"
 #include "traceur/core/error.h"
+#include "traceur/core/test_folder.h"
 
 namespace traceur::bias {
 namespace {
@@ -25,15 +26,8 @@ class BongoMachineFile : public testing::Test {
     }
     return "";
   }
-  void SetUp() override {
-    std::string name = std::filesystem::temp_directory_path() / "traceur-machine-XXXXXX";
-    ASSERT_TRUE(mkdtemp(name.data()));
-    folder = name;
-    file = folder / "machine.toml";
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-
-  std::filesystem::path folder, file;
+  TestFolder folder;
+  std::filesystem::path file = folder / "machine.toml";
 };
 
 TEST_F(BongoMachineFile, HasEveryFaultByName) {

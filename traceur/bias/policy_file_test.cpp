@@ -7,19 +7,14 @@
 
 #include "traceur/bias/bongo_learning.h"
 #include "traceur/core/error.h"
+#include "traceur/core/test_folder.h"
 
 namespace traceur::bias {
 namespace {
 
 class PolicyFile : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = std::filesystem::temp_directory_path() / "traceur-policy-XXXXXX";
-    ASSERT_TRUE(mkdtemp(name.data()));
-    folder = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-  std::filesystem::path folder;
+  TestFolder folder;
 };
 
 VectorXd parameters() {
@@ -77,7 +72,7 @@ int main(void) {
   readings << "nan 0 0 0 0 0\n";
   expected.push_back(0);
   readings.close();
-  const std::string in = folder.string();
+  const std::string in = folder.path().string();
   ASSERT_EQ(std::system(("cc -Wall -Werror -o " + in + "/a.out " + in + "/main.c -lm && " + in +
                          "/a.out < " + in + "/x.txt > " + in + "/u.txt")
                             .c_str()),

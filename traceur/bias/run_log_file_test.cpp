@@ -7,6 +7,7 @@
 
 #include "traceur/bias/balance.h"
 #include "traceur/core/error.h"
+#include "traceur/core/test_folder.h"
 
 namespace traceur::bias {
 namespace {
@@ -15,16 +16,13 @@ namespace fs = std::filesystem;
 
 class LogFile : public testing::Test {
  protected:
-  LogFile() : dir_(fs::temp_directory_path() / fs::path("traceur-log-XXXXXX")) {
-    std::string name = dir_.string();
-    dir_ = mkdtemp(name.data());
+  LogFile() {
     VectorXd x0 = VectorXd::Zero(6);
     x0[1] = 0.02;
     BongoBoard board;
     balance(board, {}, BalancePolicy::of(VectorXd::Ones(5)), x0, {.steps = 20}, {}, &log_);
     writeLog(good(), log_, bongoLogFormat());
   }
-  ~LogFile() override { fs::remove_all(dir_); }
 
   fs::path good() const { return dir_ / "good.csv"; }
   static std::string text(const fs::path& file) {
@@ -47,7 +45,7 @@ class LogFile : public testing::Test {
     return "accepted";
   }
 
-  fs::path dir_;
+  TestFolder dir_;
   RunLog log_;
 };
 

@@ -9,6 +9,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
+#include "traceur/core/test_folder.h"
 #include "traceur/fall/embedded/fall_plan.h"
 #include "traceur/fall/expansion.h"
 #include "traceur/fall/fall_experiment.h"
@@ -49,8 +50,7 @@ FallState randomStart(double r, int i) {
 }
 
 std::string complaint(const std::string& toml) {
-  const auto folder = std::filesystem::temp_directory_path() / "traceur_falls_test";
-  std::filesystem::create_directories(folder);
+  const TestFolder folder;
   const auto file = folder / "falls.toml";
   std::ofstream(file) << "robot = \""
                       << std::filesystem::absolute("models/atlas/robot.toml").string() << "\"\n"

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "traceur/core/error.h"
+#include "traceur/core/test_folder.h"
 #include "traceur/render/figure.h"
 #include "traceur/render/film_strip.h"
 #include "traceur/render/font.h"
@@ -101,22 +102,13 @@ sim::Recording jump() {
   return r;
 }
 
-/// A folder of this test's own, removed with all that is in it.
-class Folder {
+/// A folder of this test's own.
+class Folder : public TestFolder {
  public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "traceur-render-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path_); }
-  fs::path operator/(const std::string& name) const { return path_ / name; }
   int files() const {
-    return static_cast<int>(std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
+    return static_cast<int>(
+        std::distance(fs::directory_iterator(path()), fs::directory_iterator()));
   }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
 };
 
 /// Another PATH while it lives.

@@ -9,6 +9,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
+#include "traceur/core/test_folder.h"
 
 namespace traceur::reproduce {
 namespace {
@@ -32,18 +33,12 @@ Table known() {
 
 class TableFile : public testing::Test {
  protected:
-  TableFile() : dir(fs::temp_directory_path() / fs::path("traceur-table-XXXXXX")) {
-    std::string name = dir.string();
-    dir = mkdtemp(name.data());
-  }
-  ~TableFile() override { fs::remove_all(dir); }
-
   static std::string text(const fs::path& file) {
     std::stringstream s;
     s << std::ifstream(file).rdbuf();
     return s.str();
   }
-  fs::path dir;
+  TestFolder dir;
 };
 
 TEST_F(TableFile, SumsUpWhatWasRun) {
