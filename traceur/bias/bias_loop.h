@@ -86,7 +86,7 @@ FoundPolicy searchOnModels(const BiasTask& task, const ModelLearner& learner,
 /// Searches a policy on the models, tries it on the plant, learns from the logs, and again until
 /// every run of an iteration succeeds. Where no policy succeeds on the models from even the first
 /// start, the logs are given up and the search begins anew, before a run of the plant is spent; the
-/// printed algorithm spends it.
+/// printed algorithm spends it. Of models by chance only a mean is known, so their logs are kept.
 /// @param plant  runs a policy; `number` counts its runs from 0
 BiasLearned learnWithBias(
     const BiasTask& task, const ModelLearner& learner,
