@@ -20,7 +20,7 @@ namespace traceur::optim {
 namespace {
 
 constexpr std::string_view kKind = "contextual";
-constexpr std::uint64_t kStateVersion = 4;
+constexpr std::uint64_t kStateVersion = 5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
@@ -231,11 +231,21 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
 
   // The samples, and behind them each task's elite: once, however many tasks it is the best of.
   const double farthest = std::sqrt(n) + 2.0 * n / (n + 2);
+  // Where the curve was mirrored, its image is the same sample on the curve's side.
+  std::vector<ContextualCmaState::Elite> remembered = s.elites;
+  const VectorXd middle = (s.A * Phi_.rowwise().mean()).cwiseProduct(options_.scale);
+  for (ContextualCmaState::Elite& e : remembered) {
+    for (int j = 0; j < n; ++j) {
+      const double x = options_.scale[j] * e.x[j];
+      const double near = bounds_.unfoldNear(j, bounds_.fold(j, x), middle[j]);
+      if (near != x) e.x[j] = near / options_.scale[j];
+    }
+  }
   std::vector<const ContextualCmaState::Elite*> elites;
   std::vector<std::pair<int, int>> serves;  // an anchor and which elite
   for (int i = 0; i < M; ++i) {
     const ContextualCmaState::Elite* best = nullptr;
-    for (const auto& e : s.elites) {
+    for (const auto& e : remembered) {
       const double cost = e.costs[anchors_[i]];
       if (!std::isnan(cost) && (!best || cost < best->costs[anchors_[i]])) best = &e;
     }
@@ -266,6 +276,10 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   }
   for (const auto& [i, e] : serves) r(i, s.lambda + e) = 1;
 
+  // ∫ -ln 2u du over the better half and over the worse.
+  const auto logarithmic = [](double u) { return u > 0 ? u - u * std::log(2 * u) : 0; };
+  const auto best = [&](double u) { return logarithmic(std::min(u, 0.5)); };
+  const auto worst = [&](double u) { return logarithmic(std::max(u, 0.5)); };
   MatrixXd W = MatrixXd::Zero(M, lambda);         // positive weights, rows sum to 1
   MatrixXd negative = MatrixXd::Zero(M, lambda);  // rows sum to -1
   // How much a task has to say: nothing without samples near it, and no more than all others.
@@ -283,13 +297,12 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
     const double all = r.row(i).sum();
     double before = 0;
     for (auto k = order.begin(); k != order.end(); ++k) {
-      if (!(r(i, *k) > 0)) continue;  // another task's: its weight would be 0·∞
-      const double share = before + r(i, *k) / 2;
-      before += r(i, *k);
+      const double after = before + r(i, *k);
       if (k < meaningful) {
-        W(i, *k) = r(i, *k) * std::max(0.0, -std::log(2 * share / total));
+        W(i, *k) = std::max(0.0, best(after / total) - best(before / total));
       }
-      negative(i, *k) = r(i, *k) * std::min(0.0, -std::log(2 * share / all));
+      negative(i, *k) = std::min(0.0, worst(after / all) - worst(before / all));
+      before = after;
     }
     const double sum = W.row(i).sum();
     if (!(sum > 0)) {
@@ -457,7 +470,9 @@ void ContextualCma::endRunIfDone(bool anything) {
     if (gain < options_.tolstagnation) end = Stop{"tolstagnation", gain, options_.tolstagnation};
   }
   if (!end) return;
-  if (s.restarts >= options_.max_restarts || end->reason == "tolallfailed") {
+  // Where nothing was ever found, another beginning will not find it either.
+  const bool hopeless = end->reason == "tolallfailed" && !best_;
+  if (s.restarts >= options_.max_restarts || hopeless) {
     s.stop = end;
     return;
   }

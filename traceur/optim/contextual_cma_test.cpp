@@ -206,6 +206,21 @@ TEST(ContextualCma, ALuckySampleTeachesEveryTaskItIsTheBestOf) {
   }
 }
 
+TEST(ContextualCma, LearnsFromTheOneSampleThatDoesNotFail) {
+  ContextualCma optimizer({.tasks = VectorXd::LinSpaced(2, 0, 1),
+                           .x0 = VectorXd::Zero(3),
+                           .scale = VectorXd::Ones(3),
+                           .lambda = 4});
+  const std::vector<Candidate> asked = optimizer.ask();
+  for (size_t k = 0; k < 4; ++k) {
+    const double c = k == 2 ? 1.0 : NAN;
+    optimizer.tell(asked[k].id, {.cost = c, .task_costs = {c, c}});
+  }
+  for (const auto& point : optimizer.state().A.colwise()) {
+    EXPECT_LT((point - asked[2].x).norm(), 1e-6) << optimizer.state().A;
+  }
+}
+
 TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
   /// A wide basin with a floor of 1 and a narrow one that leads to 0.
   class Trap : public Moving {
