@@ -19,7 +19,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::string_view kKind = "curve";
-constexpr std::uint64_t kStateVersion = 1;
+constexpr std::uint64_t kStateVersion = 2;
 
 /// A success multiplies σ by this [Ha2015, Eq. 44].
 const double kGrowth = std::exp(1.0 / 3);
@@ -81,7 +81,12 @@ CurveCma::CurveCma(CurveCmaOptions options)
     : options_(complete(std::move(options))),
       constants_(successConstants(n())),
       bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
+      fit_unit_(options_.scale),
       w_(taskPositions(kKind, options_.tasks)) {
+  for (int j = 0; j < n(); ++j) {
+    const double width = options_.upper[j] - options_.lower[j];
+    if (std::isfinite(width)) fit_unit_[j] = width / 2;
+  }
   constants_.c_cov = 2 / (static_cast<double>(n()) * n() + options_.c_cov_offset);
   const int K = std::min(options_.control_points, taskCount());
   basis_.resize(taskCount(), K);
@@ -276,7 +281,7 @@ MatrixXd CurveCma::bestGroup() const {
 }
 
 double CurveCma::fitError(const MatrixXd& group) const {
-  const MatrixXd left = options_.scale.cwiseInverse().asDiagonal() * (group * residual_);
+  const MatrixXd left = fit_unit_.cwiseInverse().asDiagonal() * (group * residual_);
   return options_.fit_error == FitError::kDistances ? left.colwise().norm().sum()
                                                     : left.rowwise().norm().sum() * standard_error_;
 }
@@ -287,7 +292,17 @@ void CurveCma::intoBox(MatrixXd& points) const {
     const double l = options_.lower[j];
     const double u = options_.upper[j];
     if (at.row(j).minCoeff() >= l && at.row(j).maxCoeff() <= u) continue;
-    points.row(j) = points.row(j).cwiseMax(l).cwiseMin(u);
+    if (points.cols() <= 2) {  // its control points are its ends
+      points.row(j) = points.row(j).cwiseMax(l).cwiseMin(u);
+      continue;
+    }
+    const double inside = at.row(j).cwiseMax(l).cwiseMin(u).mean();
+    const double above = at.row(j).maxCoeff() - inside;
+    const double below = inside - at.row(j).minCoeff();
+    double shrink = 1;
+    if (above > 0) shrink = std::min(shrink, (u - inside) / above);
+    if (below > 0) shrink = std::min(shrink, (inside - l) / below);
+    points.row(j) = inside + shrink * (points.row(j).array() - inside);
   }
 }
 

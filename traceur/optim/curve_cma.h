@@ -22,7 +22,8 @@ enum class StepSize {
   kVariance,   ///< m(w) + N(0, σ C): the standard deviation moves with √σ, half as fast
 };
 
-/// How badly a group of points, one a task, fits a curve. In units of scale.
+/// How badly a group of points, one a task, fits a curve. In half the distance between a variable's
+/// bounds, as the published policies are normalised to [-1, 1]; without two of them in its scale.
 enum class FitError {
   kDistances,       ///< Σ_i ‖x_i - m(w_i)‖ [Ha2015, Eq. 42]
   kStandardErrors,  ///< those of the fitted coefficients, summed over all variables: with X the
@@ -115,8 +116,10 @@ struct CurveCmaState {
 /// iteration a failure, where no control point has moved. The first generation of all runs the M
 /// points of the first curve.
 ///
-/// Bounds. Samples are folded (BoundFold) about the mean's unfolded point. Of a curve that leaves
-/// the box at a task the control points are moved into it, variable by variable [ours].
+/// Bounds. Samples are folded (BoundFold) about the mean's unfolded point. Of a line that leaves
+/// the box at a task the ends are moved into it, variable by variable; of other curves, whose
+/// control points may well lie outside, the variable is shrunk about the mean of what lies inside
+/// [ours].
 ///
 /// Failures. A trial that says nothing about a task cannot be its elite. While some task has none
 /// there is no group, and the state waits. A curve of which a point fails is not accepted.
@@ -159,6 +162,7 @@ class CurveCma : public FamilyOptimizer {
   CurveCmaOptions options_;
   SuccessConstants constants_;
   BoundFold bounds_;
+  VectorXd fit_unit_;          // (n) see FitError
   VectorXd w_;                 // (M) the tasks in [0, 1]
   MatrixXd basis_;             // (M x K) b_k(w_i)
   MatrixXd fit_;               // (M x K): control points = group · fit_

@@ -154,6 +154,43 @@ TEST(CurveCma, StaysInTheBoxAlsoWhereTheAnswerDoesNot) {
   EXPECT_GE(family->curve.points.minCoeff(), -0.2);
 }
 
+TEST(CurveCma, ACubicKeepsItsShapeWhereABoundCutsIt) {
+  // Up over the bound by a fifteenth and down again; a control point must lie far beyond.
+  const SegmentProblem problem(VectorXd::Constant(2, -1), VectorXd::Constant(2, 1),
+                               VectorXd::LinSpaced(6, 0, 1), [](double w) {
+                                 VectorXd c = VectorXd::Constant(2, 0.2);
+                                 c[0] = 1.1 - 1.5 * (w - 0.4) * (w - 0.4) * (1 + w);
+                                 return c;
+                               });
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    CurveCmaOptions o = optionsFor(problem);
+    o.control_points = 4;
+    o.seed = seed;
+    CurveCma curve(o);
+    minimise(problem, curve, {.budget = 5000});
+    // With control points moved into the box, .0066 in the median.
+    EXPECT_LT(curve.best()->cost, 0.0055) << seed;
+  }
+}
+
+TEST(CurveCma, WeighsTheFitInTheUnitOfTheBox) {
+  // The first step is the same, whatever it is told in; what α weighs is the box's.
+  const SegmentProblem problem = line(3, -1, 1);
+  CurveCmaOptions one = optionsFor(problem);
+  one.sigma = 0.5;
+  CurveCmaOptions two = one;
+  two.sigma = 0.25;
+  two.scale = VectorXd::Constant(3, 2);
+  CurveCma a(one);
+  CurveCma b(two);
+  for (int g = 0; g < 40; ++g) {
+    tellAll(a, problem);
+    tellAll(b, problem);
+    ASSERT_EQ(a.state().points, b.state().points) << g;
+  }
+  EXPECT_LT(a.best()->cost, 0.1);
+}
+
 TEST(CurveCma, OrderAndInterruptionsDoNotMatter) {
   const SegmentProblem problem = line(3, -1, 1);
   CurveCma one(optionsFor(problem));
