@@ -16,7 +16,7 @@ namespace traceur::optim {
 namespace {
 
 constexpr std::string_view kKind = "cma-c";
-constexpr std::uint64_t kStateVersion = 1;
+constexpr std::uint64_t kStateVersion = 2;
 /// Trials remembered at most, the latest: more would only slow training and swell the state [ours].
 constexpr size_t kMostKnown = 4000;
 /// Weight of the latest trial in ClassifierReport::agreement [ours].

@@ -19,7 +19,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr std::string_view kKind = "cma-es";
-constexpr std::uint64_t kStateVersion = 2;
+constexpr std::uint64_t kStateVersion = 3;
 
 /// Generations beyond which stagnation no longer looks further back [Hansen2016, App. B.3].
 constexpr std::uint64_t kLongestStagnation = 20000;
