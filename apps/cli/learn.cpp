@@ -217,9 +217,16 @@ int learn(const Arguments& arguments) {
               .target = skill->target_cost,
               .stop = interrupt.token(),
               .quiet = a.quiet || a.json});
-  if (!summary.progress.best) {
+  if (!summary.progress.best && summary.end == optim::End::kInterrupted) {
     fmt::print(stderr, "traceur: stopped before the first generation was finished\n");
     return kInterrupted;
+  }
+  if (!summary.progress.best) {
+    const optim::Progress& p = summary.progress;
+    run.setMeta({{"stop", words(summary.stop)}});
+    fmt::print(stderr, "traceur: no trial gave a cost: {} of {} failed, ended: {}\n", p.failed,
+               p.evaluations, words(summary.stop));
+    return kFailed;
   }
   const skill::Rollout best = record(run, skill, summary, o.task);
   report(a, *skill, summary, best, out);
