@@ -165,6 +165,11 @@ std::string asMarkdown(const Table& t, const Summary& s) {
                                       : fmt::format(" {}**{:.3g}** {} |", printed(ratio.printed),
                                                     ratio.value, range(ratio.interval));
     }
+    for (const PairedDifference& d : s.differences[r]) {
+      text += d.pairs == 0 ? std::string(" |")
+                           : fmt::format(" **{}** {}, p = {:.2g}, {} pairs |", number(d.mean),
+                                         range(d.interval), d.p, d.pairs);
+    }
   }
   for (const Summary::Group& g : s.groups) {
     text += fmt::format("\n| {}geometric mean |", g.name.empty() ? "" : g.name + ", ");
@@ -174,6 +179,7 @@ std::string asMarkdown(const Table& t, const Summary& s) {
                                       : fmt::format(" {}**{:.3g}** {} |", printed(ratio.printed),
                                                     ratio.value, range(ratio.interval));
     }
+    for (size_t d = 0; d < t.differences.size(); ++d) text += " |";
   }
   return text + "\n";
 }

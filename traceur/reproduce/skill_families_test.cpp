@@ -120,6 +120,12 @@ TEST(SkillFamilies, CountAFallAsAnInfiniteError) {
   EXPECT_DOUBLE_EQ(s.cells[1][0].value, 3);  // mm, median of 1, 3 and infinity
   EXPECT_TRUE(std::isinf(s.cells[3][0].value));
   EXPECT_EQ(s.cells[4][0].value, 1);
+  // A search that never got there took no number of trials; one family's falls are not outvoted.
+  runs.add({0, 0, 2}, {3004, true, {{0.03, 0.001}, {0.04, 0.001}, {0.05, 0.001}}});
+  runs.add({0, 0, 3}, {3004, true, {{0.03, 0.001}, {0.04, 0.001}, {0.05, 0.001}}});
+  const Summary three = summarise(table.readings(runs)[0]);
+  EXPECT_TRUE(std::isinf(three.cells[0][0].value));
+  EXPECT_DOUBLE_EQ(three.cells[4][0].value, 1.0 / 3);
 }
 
 }  // namespace

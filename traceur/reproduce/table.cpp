@@ -242,6 +242,7 @@ int Results::missed(int row, int column) const {
 Summary summarise(const Results& results) {
   const Table& t = results.table();
   const size_t rows = t.rows.size();
+  const auto center_of = [&t](size_t row) { return t.rows[row].center.value_or(t.center); };
   std::vector<std::vector<Sample>> samples(rows);
   Summary summary;
   summary.cells.resize(rows);
@@ -256,9 +257,10 @@ Summary summarise(const Results& results) {
       if (!t.columns[c].printed.empty()) cell.printed = t.columns[c].printed[r];
       if (cell.runs > 0) {
         cell.missed = results.missed(static_cast<int>(r), static_cast<int>(c));
-        cell.value = center(sample, t.center);
+        const Center of = center_of(r);
+        cell.value = center(sample, of);
         cell.interval =
-            bootstrap({&sample, 1}, [&](const auto& drawn) { return center(drawn[0], t.center); });
+            bootstrap({&sample, 1}, [&](const auto& drawn) { return center(drawn[0], of); });
       }
       summary.cells[r].push_back(cell);
     }
@@ -281,7 +283,8 @@ Summary summarise(const Results& results) {
     const auto statistic = [&](std::span<const Sample> drawn) {
       std::vector<double> each;
       for (size_t i = 0; i < drawn.size(); i += 2) {
-        each.push_back(center(drawn[i], t.center) / center(drawn[i + 1], t.center));
+        const Center c = center_of(over[i / 2]);
+        each.push_back(center(drawn[i], c) / center(drawn[i + 1], c));
       }
       return geometricMean(each);
     };

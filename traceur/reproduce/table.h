@@ -8,6 +8,7 @@
 #include <iosfwd>
 #include <limits>
 #include <map>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -33,11 +34,20 @@ struct Outcome {
 
 inline constexpr double kNotPrinted = std::numeric_limits<double>::quiet_NaN();
 
+/// What stands for a cell's runs.
+enum class Center {
+  kMean,
+  kTrimmedMean,  ///< without the ninth of runs at either end: seven of nine [Ha2015, §7.4.2]
+  kMedian
+};
+
 struct Row {
   std::string name;       ///< "Toy1"; unique in its table
   std::string group;      ///< rows of one group are summed up together; "" for a single one
   std::string quantity;   ///< "evaluations", "cost"
   std::string unit = {};  ///< of `task` and `error` in Table::points
+  /// Where it is not the table's, to be said in `quantity`.
+  std::optional<Center> center = {};
 };
 
 struct Column {
@@ -79,13 +89,6 @@ struct Map {
   int count = 0;  ///< each way
   double low = 0, high = 0;
   std::string xlabel, ylabel;
-};
-
-/// What stands for a cell's runs.
-enum class Center {
-  kMean,
-  kTrimmedMean,  ///< without the ninth of runs at either end: seven of nine [Ha2015, §7.4.2]
-  kMedian
 };
 
 /// The word for it: "trimmed mean".
@@ -175,7 +178,7 @@ class Results {
 struct CellSummary {
   int runs = 0;
   int missed = 0;
-  double value = 0;  ///< the table's Center of the runs
+  double value = 0;  ///< the row's Center of the runs
   Interval interval;
   double printed = kNotPrinted;
 };
