@@ -22,9 +22,9 @@ void StablePd::addTorque(const sim::Snapshot& s, const JointTarget& target,
   const auto q = s.q();
   const auto v = s.v();
   s.externalForce(vdot_);
-  vdot_ += tau;
   for (size_t i = 0; i < joints.size(); ++i) {
     const int d = joints[i].v;
+    if (joints[i].motor >= 0) vdot_[d] += tau[d];
     const double error = q[joints[i].q] + dt * v[d] - target.q[i];
     vdot_[d] -= gains_[i].kp * error + gains_[i].kd * v[d];
     damping_[d] = gains_[i].kd * dt;

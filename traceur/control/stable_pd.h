@@ -24,7 +24,10 @@ struct JointTarget {
 ///
 /// so that gains far above those an explicit controller could hold neither ring nor explode: the
 /// published kp = 60, kd = 3 on links of 10⁻⁴ kg·m² are stable at 2 ms. f_ext are gravity,
-/// Coriolis, passive and last step's contact forces, τ₀ what other controllers have already added.
+/// Coriolis, passive and last step's contact forces, τ₀ what other controllers have already added,
+/// as far as motors exert it: not the root's rows of a virtual force. The engine's own joint
+/// damping, implicit too, is in f_ext alone: a joint with much of it is predicted some per cent
+/// too quick.
 class StablePd {
  public:
   /// @param gains  by index in model.joints()
