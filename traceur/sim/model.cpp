@@ -120,6 +120,13 @@ Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
     }
   }
   if (root_.value < 0) root_.value = m->nbody > 1 ? 1 : 0;
+  if (root_dofs_ == 6) {
+    const int joint = m->body_jntadr[root_.value];
+    const double* damping = m->dof_damping + m->jnt_dofadr[joint];
+    gravity_alone_ = m->neq == 0 && m->ntendon == 0 && m->opt.density == 0 &&
+                     m->opt.viscosity == 0 && m->jnt_stiffness[joint] == 0 &&
+                     std::all_of(damping, damping + 6, [](double d) { return d == 0; });
+  }
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   for (int j = 0; j < m->njnt; ++j) {
     if (!isRobot({m->jnt_bodyid[j]})) continue;
@@ -261,6 +268,22 @@ State Model::stateOf(const Pose& pose) const {
   mj_deleteData(d);
   if (std::isfinite(lowest)) state.q[root + 2] -= lowest;
   return state;
+}
+
+std::optional<BodyId> Model::bodyReachedInto(const State& state, double depth) const {
+  mjData* d = mj_makeData(model_);
+  Eigen::Map<VectorXd>(d->qpos, nq()) = state.q;
+  mj_kinematics(model_, d);
+  mj_comPos(model_, d);
+  mj_collision(model_, d);
+  std::optional<BodyId> found;
+  for (int c = 0; c < d->ncon && !found; ++c) {
+    const BodyId a{model_->geom_bodyid[d->contact[c].geom1]};
+    const BodyId b{model_->geom_bodyid[d->contact[c].geom2]};
+    if (d->contact[c].dist < -depth && isRobot(a) != isRobot(b)) found = isRobot(a) ? b : a;
+  }
+  mj_deleteData(d);
+  return found;
 }
 
 }  // namespace traceur::sim

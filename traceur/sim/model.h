@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -64,6 +65,9 @@ class Model {
   BodyId root() const { return root_; }
   /// Rows of v that no motor can drive: 6 for a floating base, else 0.
   int rootDofs() const { return root_dofs_; }
+  /// Off the ground and not pushed, nothing but gravity moves the robot's COM: it floats, and the
+  /// model has no constraints and tendons, no medium, no spring or damping on the root.
+  bool gravityAlone() const { return gravity_alone_; }
   /// @throws InputError "no body named …" with a suggestion
   BodyId body(std::string_view name) const;
   std::string bodyName(BodyId body) const;
@@ -85,6 +89,8 @@ class Model {
   /// The pose with the robot's lowest point on z = 0, props where the scene put them, v = 0.
   /// @throws InputError for a joint the model lacks
   State stateOf(const Pose& pose) const;
+  /// The first body of the scene that the robot reaches into deeper than `depth` [m].
+  std::optional<BodyId> bodyReachedInto(const State& state, double depth) const;
 
   /// Which scene's robot this is; null for fromMjcf.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
@@ -103,6 +109,7 @@ class Model {
   mjModel_* model_ = nullptr;
   BodyId root_;
   int root_dofs_ = 0;
+  bool gravity_alone_ = false;
   std::vector<Joint> joints_;
 };
 

@@ -139,6 +139,15 @@ TEST(Flight, LinearMomentumOfAnArticulatedBodyIsKeptTo1e9) {
   EXPECT_LT(worst, 1e-9);
 }
 
+TEST(Flight, WhatHangsOnTheWorldDoesNotFall) {
+  const auto model = Model::fromMjcf(R"(<mujoco><worldbody>
+    <body name="trunk" pos="0 0 1"><freejoint/><geom size="0.1" mass="1"/></body>
+    </worldbody><equality><weld body1="trunk"/></equality></mujoco>)");
+  World world(model);
+  for (int i = 0; i < 500; ++i) world.step(none(*model));
+  EXPECT_NEAR(world.snapshot().com().z(), 1, 0.01);
+}
+
 TEST(Flight, GravityChangesLinearMomentumByWeightTimesTime) {
   const auto model = inSpace(0.001, kG);
   World world(model);

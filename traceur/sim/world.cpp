@@ -72,7 +72,7 @@ void World::step(const Torque& torque) {
   assert(torque.tau.size() == m->nu);
   Eigen::Map<VectorXd>(data_->ctrl, m->nu) = torque.tau;
   // No contact whose force is being solved for: the step will be one of flight.
-  const bool flies = model_->rootDofs() == 6 && !pushed_ && !snapshot_.willTouchWorld();
+  const bool flies = model_->gravityAlone() && !pushed_ && !snapshot_.willTouchWorld();
   const Vector3d v_before = flies ? snapshot_.comVelocity() : Vector3d::Zero();
   // reset() and the end of step() leave positions and velocities evaluated, so the second half
   // comes first: between the halves the engine still holds the forces it has just solved for.
