@@ -50,6 +50,19 @@ struct BoundMeasure {
   int seen = 0;  // steps
 };
 
+/// What is said of a whole trial: nothing where a measure it names has no value, also where its
+/// text would hide that, as comparisons and max do.
+struct Verdict {
+  Expression of;
+  std::vector<const double*> measures;
+
+  double value() const {
+    const bool unknown = std::any_of(measures.begin(), measures.end(),
+                                     [](const double* m) { return std::isnan(*m); });
+    return unknown ? std::numeric_limits<double>::quiet_NaN() : of.value();
+  }
+};
+
 }  // namespace
 
 bool Rollout::failed() const {
@@ -77,9 +90,9 @@ struct Runner::Impl {
   std::vector<BoundFeedback> feedback;
   std::vector<BoundMeasure> measures;
   std::vector<Expression> failures;
-  std::vector<Expression> terms;
+  std::vector<Verdict> terms;
   std::optional<Expression> stop;
-  std::optional<Expression> achieved;
+  std::optional<Verdict> achieved;
 
   bool senses_velocity = false;                           // feedback reads the COM's
   sim::Vector3d sensed_velocity = sim::Vector3d::Zero();  // [m/s]
@@ -102,7 +115,6 @@ struct Runner::Impl {
         tau(skill->model->nv()) {
     const auto setup = [this](const std::string& name) { return find(Scope::kSetup, name); };
     const auto running = [this](const std::string& name) { return find(Scope::kRunning, name); };
-    const auto verdict = [this](const std::string& name) { return find(Scope::kVerdict, name); };
     measures.reserve(skill->measures.size());  // verdicts point into it
     for (const Measure& m : skill->measures) measures.push_back({Expression(m.of, running)});
     for (const Phase& p : skill->phases) {
@@ -128,13 +140,21 @@ struct Runner::Impl {
       feedback.push_back({bind(f.joints, sensed), &f.during});
     }
     for (const Failure& f : skill->failures) failures.emplace_back(f.when, running);
-    const auto cost = [&](const std::string& name) {
-      task_costs = task_costs || name == "task";
-      return verdict(name);
+    const auto verdict = [&](const std::string& text, bool cost) {
+      std::vector<const double*> named;
+      Expression of(text, [&](const std::string& name) {
+        if (cost) task_costs = task_costs || name == "task";
+        const double* place = find(Scope::kVerdict, name);
+        for (const BoundMeasure& m : measures) {
+          if (&m.value == place) named.push_back(place);
+        }
+        return place;
+      });
+      return Verdict{std::move(of), std::move(named)};
     };
-    for (const Term& t : skill->terms) terms.emplace_back(t.cost, cost);
+    for (const Term& t : skill->terms) terms.push_back(verdict(t.cost, true));
     if (!skill->stop.empty()) stop.emplace(skill->stop, running);
-    if (!skill->task.achieved.empty()) achieved.emplace(skill->task.achieved, verdict);
+    if (!skill->task.achieved.empty()) achieved = verdict(skill->task.achieved, false);
     const auto n = static_cast<Eigen::Index>(skill->model->joints().size());
     for (auto* q : {&from.q, &goal.q, &reached.q, &target.q}) q->setZero(n);
   }
@@ -226,7 +246,10 @@ struct Runner::Impl {
     }
     for (const BoundFeedback& f : feedback) {
       if (!(*f.during)[phase]) continue;
-      for (const BoundTarget& j : f.joints) target.q[j.joint] += j.sign * j.value.value();
+      for (const BoundTarget& j : f.joints) {
+        const double add = j.sign * j.value.value();
+        if (!std::isnan(add)) target.q[j.joint] += add;  // cop has no value in flight
+      }
     }
     // To a PD controller an angle read too large is a target too small.
     if (d.encoder_noise > 0) {
@@ -333,7 +356,7 @@ struct Runner::Impl {
     r.time = time;
     r.hash = hash.value();
     for (const double f : failed) r.violated.push_back(f != 0);
-    for (const Expression& t : terms) {
+    for (const Verdict& t : terms) {
       r.terms.push_back(t.value());
       r.cost += r.terms.back();
     }
@@ -366,7 +389,7 @@ Runner::Runner(Runner&&) noexcept = default;
 double Runner::costOf(double task) {
   impl_->task = task;
   double cost = 0;
-  for (const Expression& t : impl_->terms) cost += t.value();
+  for (const Verdict& t : impl_->terms) cost += t.value();
   return cost;
 }
 

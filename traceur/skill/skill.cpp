@@ -287,6 +287,13 @@ class SkillReader {
     }
     start.finish();
     skill_.start = skill_.model->stateOf(pose);
+    static constexpr double kDepth = 1e-3;  // of a robot's own geometry set on z = 0: none [ours]
+    if (const auto in = skill_.model->bodyReachedInto(skill_.start, kDepth)) {
+      diagnostics_.add(0, 0,
+                       fmt::format("[start.pose]: the robot begins inside \"{}\": expected it "
+                                   "beside or above, its lowest point is on z = 0",
+                                   skill_.model->bodyName(*in)));
+    }
   }
 
   void readController(const TomlReader& c) {

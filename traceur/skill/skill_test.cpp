@@ -218,6 +218,16 @@ TEST(SkillFile, MistakesInPropsStandAtTheirLines) {
   EXPECT_EQ(m.find("\"robot\""), std::string::npos) << m;
 }
 
+TEST(SkillFile, TheRobotDoesNotBeginInsideAProp) {
+  const auto with = [](const char* at) {
+    return mistakes(replaced(kNod, "[start.pose]",
+                             "[[scene.box]]\nname = \"step\"\nsize = [0.3, 0.3, 0.05]\nat = " +
+                                 std::string(at) + "\n[start.pose]"));
+  };
+  EXPECT_NE(with("[0, 0, 0.025]").find("inside \"step\""), std::string::npos);
+  EXPECT_EQ(with("[1, 0, 0.025]"), "accepted");
+}
+
 TEST(SkillFile, SurfacesMustBeSoftEnoughForTheTimeStep) {
   const std::string m =
       mistakes("time_step = 0.005" + std::string(kNod) + "[scene]\ncompliance = 0.008\n");
@@ -254,9 +264,23 @@ TEST(Rollout, AMeasureThatSawNothingHasNoValueUnlessTheFileGivesOne) {
         replaced(text, "take = \"max\", during", "take = \"" + std::string(take) + "\", during"))))
         << take;
   }
+  // Also where the cost would hide it: max(0, NaN) is 0, and so is NaN < 1.
+  for (const char* cost : {"max(0, 1 - early)", "early < 1", "0 * early"}) {
+    EXPECT_TRUE(std::isnan(
+        early(replaced(text, "cost = \"early\"", "cost = \"" + std::string(cost) + "\""))))
+        << cost;
+  }
   EXPECT_EQ(early(replaced(text, "take = \"max\", during", "take = \"integral\", during")), 0);
   EXPECT_EQ(
       early(replaced(text, "take = \"max\", during", "take = \"max\", otherwise = 7, during")), 7);
+}
+
+TEST(Rollout, FeedbackOnWhatHasNoValueAddsNothing) {
+  const auto skill = fromText(replaced(
+      kNod, "[measures]", "[[feedback]]\njoints = [\"hip\"]\nadd = \"0.1 * cop.x\"\n[measures]"));
+  const Rollout r = Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1);  // no COP at the start
+  EXPECT_FALSE(r.diverged);
+  EXPECT_TRUE(std::isfinite(r.cost));
 }
 
 TEST(Rollout, AnIntegralIsOverTheTimeThatPasses) {
