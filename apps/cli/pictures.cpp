@@ -31,7 +31,7 @@ struct RenderArguments {
   std::string run;
   std::vector<std::string> files;
   std::optional<double> task;
-  std::optional<render::View> view;
+  std::string view;
   std::vector<double> times;
   std::vector<int> size;
   int count = 8;
@@ -68,7 +68,7 @@ int renderRun(const RenderArguments& a) {
     if (f.extension() == ".png") {
       render::FilmStripOptions options{.times = a.times, .count = a.count, .columns = a.columns};
       options.draw = draw;
-      options.camera.view = a.view.value_or(render::View::kSide);
+      options.camera.view = a.view.empty() ? render::View::kSide : kViews.at(a.view);
       options.camera.follow = !a.still;
       if (!a.size.empty()) {
         options.panel_width = a.size[0];
@@ -79,7 +79,7 @@ int renderRun(const RenderArguments& a) {
       render::VideoOptions options;
       options.draw = draw;
       options.speed = a.speed;
-      options.camera.view = a.view.value_or(render::View::kThreeQuarter);
+      options.camera.view = a.view.empty() ? render::View::kThreeQuarter : kViews.at(a.view);
       options.camera.follow = !a.still;
       if (!a.size.empty()) {
         options.width = a.size[0];
@@ -168,8 +168,8 @@ void addRender(CLI::App& program, int& exit_code) {
       "FILE", a->files,
       "Where to: .png for a film strip, .mp4 for a video; default: both, beside the run");
   verb->add_option("--task", a->task, "Of a family: which task, in the skill's own unit");
-  verb->add_option("--view", a->view, "side, three-quarter or front")
-      ->transform(CLI::CheckedTransformer(kViews));
+  verb->add_option("--view", a->view, "Default: a strip from the side, a video in between")
+      ->check(CLI::IsMember({"side", "three-quarter", "front"}));
   verb->add_option("--times", a->times, "Film strip: these moments [s], comma separated")
       ->delimiter(',');
   verb->add_option("--count", a->count, "Film strip: so many telling moments")
