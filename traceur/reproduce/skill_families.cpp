@@ -81,12 +81,12 @@ std::unique_ptr<optim::FamilyOptimizer> make(const optim::Problem& problem, cons
   const VectorXd middle = 0.5 * (lower + upper);
   optim::FamilyOptions options{.seed = o.seed, .control_points = o.control_points};
   const optim::FamilyOptimizerEntry& entry = optim::findFamilyOptimizer(o.optimiser);
-  if (o.start == Start::kLearn || o.optimiser == "contextual") {
+  if (o.start == Start::kLearn) {
     options.sigma = skill::kStepSize;
-    options.x0 = o.start == Start::kLearn ? skill.initialParameters() : VectorXd(middle);
+    options.x0 = skill.initialParameters();
     return entry.make(problem, options);
   }
-  if (o.optimiser == "curve") {
+  if (o.optimiser == "contextual" || o.optimiser == "curve") {
     options.sigma = 0.5;
     options.x0 = middle;
     return entry.make(problem, options);
@@ -314,12 +314,9 @@ Table learningTable(const std::string& name, const std::string& title,
   t.title = title;
   t.protocol = fmt::format(
       "Skills of skills/bioloid-gp. All begin in the middle of the parameters' ranges with half of "
-      "each range as standard deviation, CMA-ES at random in the inner half; contextual begins "
-      "with "
-      "0.2 of each range. Curve has the text's settings, not those behind Table 11's print, which "
-      "are faster there; CMA-ES 16 samples and no negative weights. {} trials, CMA-ES {}. Hours in "
-      "all: --row and "
-      "--column choose some.",
+      "each range as standard deviation, CMA-ES at random in the inner half. Curve has the text's "
+      "settings, not those behind Table 11's print, which are faster there; CMA-ES 16 samples and "
+      "no negative weights. {} trials, CMA-ES {}. Hours in all: --row and --column choose some.",
       kPublishedBudget, kCmaBudget);
   t.center = Center::kTrimmedMean;
   t.points = "trials:cost";

@@ -24,7 +24,7 @@ Table figure34();
 Table families();
 
 /// The mean cost of the best curve over the trials that finding it took. A point is kept where the
-/// cost fell by a hundredth or more, and the last.
+/// cost fell, and the last.
 struct Learning {
   std::vector<Point> costs;  ///< x: trials; y: cost
   optim::Family family;      ///< the best; no points if the search ended before there was one
