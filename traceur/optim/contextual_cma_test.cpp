@@ -147,6 +147,31 @@ TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) 
   }
 }
 
+TEST(ContextualCma, RemembersSamplesOnTheCurvesSideOfABound) {
+  // One end of the best line lies beyond bounds; what is remembered from there must not pull out.
+  class Beyond : public Moving {
+   public:
+    Beyond() : Moving(6, 6, false) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      Evaluation e{.cost = 0};
+      for (int i = 0; i < 6; ++i) {
+        VectorXd c = VectorXd::LinSpaced(6, -0.972, 0.972);
+        c.tail(3).array() -= 0.04 * i;
+        e.task_costs.push_back((x - c).squaredNorm());
+        e.cost += e.task_costs.back() / 6;
+      }
+      return e;
+    }
+  };
+  const Beyond problem;
+  int trials = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const auto optimizer = made(problem, {.seed = seed, .sigma = 0.2, .x0 = VectorXd::Zero(6)});
+    trials += minimise(problem, *optimizer, {.budget = 8000, .target = 0.02}).progress.evaluations;
+  }
+  EXPECT_LT(trials / 40, 465);  // 434; without images 526
+}
+
 TEST(ContextualCma, GoesWhereALuckySampleWas) {
   // All around fall, a little cheaper the farther from where none would: as jumps that do not land.
   class Ledge : public Moving {
@@ -271,6 +296,28 @@ TEST(ContextualCma, BeginsAnewWhereNoCurveIsComplete) {
                            .tolx = 0});
   minimise(problem, optimizer, {.budget = 4000});
   EXPECT_GT(optimizer.state().restarts, 0);
+}
+
+TEST(ContextualCma, ARestartAmongFailuresDoesNotEndASearchThatFoundSomething) {
+  /// Nothing but failures around a little ball with a floor.
+  class Island : public Moving {
+   public:
+    Island() : Moving(4, 3, false) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      const double c = x.norm() < 0.3 ? 1 + x.squaredNorm() : NAN;
+      return {.cost = c, .task_costs = {c, c, c}};
+    }
+  };
+  const Island problem;
+  ContextualCma optimizer({.tasks = problem.tasks(),
+                           .x0 = VectorXd::Zero(4),
+                           .sigma = 0.1,
+                           .lower = problem.lower(),
+                           .upper = problem.upper()});
+  const Summary s = minimise(problem, optimizer, {.budget = 8000});
+  EXPECT_TRUE(optimizer.best());
+  EXPECT_EQ(s.end, End::kBudget);
+  EXPECT_GE(optimizer.state().restarts, 2);
 }
 
 TEST(ContextualCma, SaysWhyItStoppedWhenRestartsAreSpent) {
