@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "traceur/control/expression.h"
 #include "traceur/control/signals.h"
@@ -81,8 +82,9 @@ TEST(StablePd, PredictsTheAccelerationOfTheStep) {
   world.reset(start);
   constexpr double kp = 60;
   constexpr double kd = 3;
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
   StablePd pd(model, std::vector<sim::JointGain>(model->joints().size(), {kp, kd}));
-  for (sim::JointLimit& l : pd.limits()) l = {INFINITY, INFINITY, -INFINITY, INFINITY};
+  for (sim::JointLimit& l : pd.limits()) l.torque = l.speed = kNone;
   JointTarget target = targetOf(*model, start);
   target.q[0] += 0.1;
   const sim::Snapshot& s = world.snapshot();
@@ -162,7 +164,7 @@ TEST(VirtualForce, PushesTheRobotUpWhenTheFeetPushDown) {
   const auto model = bioloid();
   sim::World world(model);
   world.reset(model->stateOf(model->robot()->poses.at("crouch")));
-  const auto heightAfter = [&](double force) {
+  const auto height_after = [&](double force) {
     world.reset(model->stateOf(model->robot()->poses.at("crouch")));
     sim::Torque command;
     VectorXd tau(model->nv());
@@ -177,7 +179,7 @@ TEST(VirtualForce, PushesTheRobotUpWhenTheFeetPushDown) {
     }
     return world.snapshot().com().z();
   };
-  EXPECT_GT(heightAfter(30), heightAfter(0) + 0.01);
+  EXPECT_GT(height_after(30), height_after(0) + 0.01);
 }
 
 TEST(Expression, ComputesWithNamesThatHoldDots) {

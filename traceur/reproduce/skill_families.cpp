@@ -567,8 +567,12 @@ Table families() {
       const auto error = [&f](double part) {
         return [part, unit = f.unit_per_one](const Outcome& o) { return unit * at(o, part); };
       };
+      const auto trials = [](const Outcome& o) {
+        if (o.missed) return kInfinity;
+        return o.value;
+      };
       return std::vector<Reading>{
-          {"trials", "trials", [](const Outcome& o) { return o.missed ? kInfinity : o.value; }},
+          {"trials", "trials", trials},
           {"median error", f.unit, error(0.5)},
           {"error of nine tasks in ten", f.unit, error(0.9)},
           {"largest error", f.unit, error(1)},

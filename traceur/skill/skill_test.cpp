@@ -316,8 +316,9 @@ TEST(Rollout, TooManyContactsAreAFailedTrialWithItsOwnWords) {
   // Spheres in a bowl of spheres: more contacts than anyone made room for.
   std::string mjcf = "<mujoco><worldbody><body name='b' pos='0 0 .12'><freejoint/>";
   for (int i = 0; i < 400; ++i) {
+    const int row = i / 20;
     mjcf += "<geom size='.05' mass='.1' pos='" + std::to_string(.11 * (i % 20)) + " " +
-            std::to_string(.11 * (i / 20)) + " 0'/>";
+            std::to_string(.11 * row) + " 0'/>";
   }
   mjcf +=
       "<body><joint name='j'/><geom size='.01' contype='0' "
