@@ -20,7 +20,7 @@ namespace traceur::optim {
 namespace {
 
 constexpr std::string_view kKind = "contextual";
-constexpr std::uint64_t kStateVersion = 5;
+constexpr std::uint64_t kStateVersion = 6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
@@ -35,6 +35,11 @@ constexpr double kSmallestEigenvalue = 1e-14;
 constexpr double kTolXUp = 1e4;
 /// The same below which a run may count as stagnating: it has settled somewhere [ours].
 constexpr double kSettled = 0.1;
+/// Costs are rough where half of the last stagnation_curves curves cost this much more than the
+/// best of them; on a smooth floor they come to agree to tolstagnation [ours].
+constexpr double kRough = 1.1;
+/// σ/σ₀ of a run about the best curve [ours, of one value tried].
+constexpr double kSigmaAboutBest = 0.2;
 /// Generations in a row without a meaningful cost, as CmaEs.
 constexpr int kTolAllFailed = 20;
 
@@ -476,10 +481,20 @@ void ContextualCma::endRunIfDone(bool anything) {
     s.stop = end;
     return;
   }
+  bool about_best = false;
+  if (best_ && end->reason == "tolstagnation" && s.restarts % 2 == 0) {
+    std::vector<double> last(s.costs.end() - options_.stagnation_curves, s.costs.end());
+    std::sort(last.begin(), last.end());
+    about_best = last[last.size() / 2] > kRough * last.front();
+  }
   ++s.restarts;
   s.all_failed = 0;
   s.lambda = static_cast<int>(std::min<double>(s.lambda * options_.lambda_factor, kMaxLambda));
   beginRun();
+  if (about_best) {
+    s.A = options_.scale.cwiseInverse().asDiagonal() * best_->curve.points;
+    s.sigma = kSigmaAboutBest * options_.sigma;
+  }
 }
 
 std::uint64_t ContextualCma::fingerprint() const {

@@ -275,6 +275,49 @@ TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
   EXPECT_GE(reached, 4);
 }
 
+/// Runs until it begins anew for the first time.
+void untilRestart(const Problem& problem, ContextualCma* optimizer) {
+  for (int generation = 0; generation < 1000 && optimizer->state().restarts == 0; ++generation) {
+    for (const Candidate& c : optimizer->ask()) optimizer->tell(c.id, problem.evaluate(c.x));
+  }
+  ASSERT_EQ(optimizer->state().restarts, 1);
+  ASSERT_TRUE(optimizer->best());
+}
+
+TEST(ContextualCma, BeginsAnewAboutItsBestCurveOnlyWhereCostsAreRough) {
+  /// A floor of 1, smooth, or so rough that neighbours differ by up to a half.
+  class Floor : public Moving {
+   public:
+    explicit Floor(double roughness) : Moving(4, 3, false), roughness_(roughness) {}
+    Evaluation evaluate(const VectorXd& x) const override {
+      Evaluation e = Moving::evaluate(x);
+      e.cost += 1 + roughness_ * std::sin(1e5 * x.sum());
+      for (double& cost : e.task_costs) cost += 1 + roughness_ * std::sin(1e5 * x.sum());
+      return e;
+    }
+
+   private:
+    double roughness_;
+  };
+  for (const double roughness : {0.0, 0.5}) {
+    const Floor problem(roughness);
+    ContextualCma optimizer({.tasks = problem.tasks(),
+                             .x0 = VectorXd::Constant(4, 0.5),
+                             .scale = VectorXd::Constant(4, 2),
+                             .lower = problem.lower(),
+                             .upper = problem.upper()});
+    untilRestart(problem, &optimizer);
+    const double distance = (2 * optimizer.state().A - optimizer.best()->curve.points).norm();
+    if (roughness > 0) {
+      EXPECT_LT(distance, 1e-12);
+      EXPECT_LT(optimizer.state().sigma, optimizer.options().sigma);
+    } else {
+      EXPECT_GT(distance, 0.1);
+      EXPECT_EQ(optimizer.state().sigma, optimizer.options().sigma);
+    }
+  }
+}
+
 TEST(ContextualCma, BeginsAnewWhereNoCurveIsComplete) {
   /// Trials for the last task fail where the others are at their best.
   class Blind : public Moving {
