@@ -83,6 +83,7 @@ expect 2 'budget 16 is less' -- learn "$nod" --budget 16 --out "$dir/b.run" --re
 sed 's/horizon = 0.1/horizon = 0.2/' "$nod" >"$dir/changed.toml"
 expect 2 'has changed since' -- learn "$dir/changed.toml" --budget 32 --out "$dir/b.run" --resume
 expect 2 'b.gif' '.png' -- render "$dir/b.run" "$dir/b.gif"
+expect 2 '--view' 'above' 'side' -- render "$dir/b.run" "$dir/b.png" --view above
 expect 1 '/proc/nowhere' -- plot "$dir/b.run" --what cost --out /proc/nowhere/a.png
 if [ -e /dev/full ]; then
   expect 1 '/dev/full' -- inspect bioloid-gp --mjcf /dev/full
