@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/balance_pictures.h"
@@ -20,8 +21,26 @@ namespace fs = std::filesystem;
 using namespace reproduce;
 using Json = nlohmann::ordered_json;
 
-/// In the palette: unlike the first columns'.
-constexpr int kFallColor = 3;
+/// Gives what has no value, as falls, a row of its own below all lines: among them it is not seen.
+void putBelow(render::Panel* panel) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  const auto scaled = [&](double y) { return panel->log_y ? std::log10(y) : y; };
+  for (const render::Series& s : panel->series) {
+    for (const double y : s.y) {
+      if (!std::isfinite(scaled(y))) continue;
+      low = std::min(low, scaled(y));
+      high = std::max(high, scaled(y));
+    }
+  }
+  if (!(low <= high)) low = high = 0;
+  const double row = high > low ? 0.03 * (high - low) : 1;
+  for (render::Series& s : panel->series) {
+    if (!s.y.empty() || s.x.empty()) continue;
+    low -= row;
+    s.y.assign(s.x.size(), panel->log_y ? std::pow(10, low) : low);
+  }
+}
 
 /// A panel for each row, a colour for each column, a line for each seed; what
 /// is printed dashed.
@@ -44,7 +63,8 @@ render::Figure linesOf(const Results& results) {
     bool printed = false;  // and labelled
     for (size_t c = 0; c < t.columns.size(); ++c) {
       bool labelled = false;
-      render::Series falls{"falls", {}, {}, render::Style::kCrosses, {}, {}, kFallColor};
+      render::Series falls{t.columns[c].name + " falls", {}, {}, render::Style::kCrosses};
+      falls.color = static_cast<int>(c);
       const auto draw = [&](const std::vector<Point>& points, render::Style style) {
         const bool is_printed = style == render::Style::kDashed;
         bool& named = is_printed ? printed : labelled;
@@ -54,9 +74,7 @@ render::Figure linesOf(const Results& results) {
         for (const Point& p : points) {
           line.x.push_back(p.x);
           line.y.push_back(p.y);
-          if (!std::isnan(p.y)) continue;
-          falls.x.push_back(p.x);
-          falls.y.push_back(0);
+          if (std::isnan(p.y)) falls.x.push_back(p.x);
         }
         if (line.x.empty()) return;
         named = true;
@@ -78,6 +96,7 @@ render::Figure linesOf(const Results& results) {
         draw(t.printed_points(static_cast<int>(r), static_cast<int>(c)), render::Style::kDashed);
       }
     }
+    putBelow(&panel);
     if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
   }
   return figure;

@@ -542,10 +542,9 @@ Table families() {
     ranges += fmt::format("{}{} {} to {}", ranges.empty() ? "" : ", ", f.name, f.first, f.last);
   }
   t.protocol = fmt::format(
-      "As `traceur learn SKILL --tasks FIRST:LAST:6 --budget {}` for each seed (missed: it never "
-      "reached the skill's target_cost; its trials count as infinite), then {} tasks: {}, in m and "
-      "m/s. A task that ends in a "
-      "fall has an infinite error.",
+      "As `traceur learn SKILL --tasks FIRST:LAST:6 --budget {} --optimiser COLUMN` for each seed "
+      "(missed: it never reached the skill's target_cost; its trials count as infinite), then {} "
+      "tasks: {}, in m and m/s. A task that ends in a fall has an infinite error.",
       kBudget, kSweep, ranges);
   t.center = Center::kMedian;
   t.points = "task:error";
@@ -553,10 +552,15 @@ Table families() {
   for (const FamilySkill& f : familySkills()) {
     t.rows.push_back({f.name, "", "trials", f.task_unit});
   }
-  t.columns = {{"contextual", 1, 9, {}}};
-  t.run = [](int row, int /*column*/, std::uint64_t seed, const std::stop_token& stop) {
+  static const std::vector<std::string> kOptimisers = {"contextual", "curve"};
+  for (const std::string& o : kOptimisers) t.columns.push_back({o, 1, 9, {}});
+  t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
     return learnAndSweep(familySkills()[row], 6,
-                         {.budget = kBudget, .target = 1, .seed = seed, .stop = stop},
+                         {.optimiser = kOptimisers[column],
+                          .budget = kBudget,
+                          .target = 1,
+                          .seed = seed,
+                          .stop = stop},
                          [](const skill::Rollout& r, double task) {
                            return r.failed() ? kNotPrinted : r.achieved - task;
                          });
