@@ -35,9 +35,9 @@ constexpr double kSmallestEigenvalue = 1e-14;
 constexpr double kTolXUp = 1e4;
 /// The same below which a run may count as stagnating: it has settled somewhere [ours].
 constexpr double kSettled = 0.1;
-/// Costs are rough where half of the last stagnation_curves curves cost this much more than the
-/// best of them; on a smooth floor they come to agree to tolstagnation [ours].
-constexpr double kRough = 1.1;
+/// Costs are rough where half of the last stagnation_curves curves cost more than the best of them
+/// by this fraction; on a smooth floor they come to agree to tolstagnation [ours].
+constexpr double kRough = 0.1;
 /// σ/σ₀ of a run about the best curve [ours, of one value tried].
 constexpr double kSigmaAboutBest = 0.2;
 /// Generations in a row without a meaningful cost, as CmaEs.
@@ -485,7 +485,7 @@ void ContextualCma::endRunIfDone(bool anything) {
   if (best_ && end->reason == "tolstagnation" && s.restarts % 2 == 0) {
     std::vector<double> last(s.costs.end() - options_.stagnation_curves, s.costs.end());
     std::sort(last.begin(), last.end());
-    about_best = last[last.size() / 2] > kRough * last.front();
+    about_best = last[last.size() / 2] - last.front() > kRough * std::abs(last.front());
   }
   ++s.restarts;
   s.all_failed = 0;

@@ -17,7 +17,7 @@ class Moving : public Problem {
   VectorXd lower() const override { return VectorXd::Constant(n_, -1); }
   VectorXd upper() const override { return VectorXd::Constant(n_, 1); }
   VectorXd tasks() const override { return VectorXd::LinSpaced(tasks_, 3, 8); }
-  VectorXd optimum(double w) const {
+  virtual VectorXd optimum(double w) const {
     VectorXd c = VectorXd::LinSpaced(n_, -0.4, 0.4) * (1 - w);
     if (bent_) c[0] += 0.6 * w * w;
     return c;
@@ -109,33 +109,32 @@ TEST(ContextualCma, StaysInsideTheBoxWhenTheOptimumLeavesIt) {
   }
 }
 
-TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) {
-  // Optima near the bounds: an end of the line that has gone through one is handed out folded back,
-  // where it is right by itself and wrong with the other end.
-  class NearBounds : public Moving {
-   public:
-    explicit NearBounds(bool above) : Moving(6, 6, false), above_(above) {}
-    VectorXd upper() const override {
-      if (above_) return VectorXd::Ones(6);
-      return VectorXd::Constant(6, std::numeric_limits<double>::infinity());
-    }
-    Evaluation evaluate(const VectorXd& x) const override {
-      Evaluation e{.cost = 0};
-      for (int i = 0; i < 6; ++i) {
-        VectorXd c = VectorXd::LinSpaced(6, -0.9, 0.9);
-        c.tail(3).array() -= 0.04 * i;
-        e.task_costs.push_back((x - c).squaredNorm());
-        e.cost += e.task_costs.back() / 6;
-      }
-      return e;
-    }
+/// Optima near the bounds, half of the variables nearer to them with every task.
+class NearBounds : public Moving {
+ public:
+  /// @param nearest  of the first task to a bound of ±1, above or not at all
+  explicit NearBounds(double nearest, bool above = true)
+      : Moving(6, 6, false), nearest_(nearest), above_(above) {}
+  VectorXd upper() const override {
+    return VectorXd::Constant(6, above_ ? 1 : std::numeric_limits<double>::infinity());
+  }
+  VectorXd optimum(double w) const override {
+    VectorXd c = VectorXd::LinSpaced(6, -nearest_, nearest_);
+    c.tail(3).array() -= 0.2 * w;
+    return c;
+  }
 
-   private:
-    bool above_;
-  };
+ private:
+  double nearest_;
+  bool above_;
+};
+
+TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) {
+  // An end of the line that has gone through a bound is handed out folded back, where it is right
+  // by itself and wrong with the other end.
   for (const bool above : {true, false}) {
     for (const int control_points : {2, 4}) {
-      const NearBounds problem(above);
+      const NearBounds problem(0.9, above);
       for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         const auto optimizer = made(
             problem, {.seed = seed, .control_points = control_points, .x0 = VectorXd::Zero(6)});
@@ -148,22 +147,8 @@ TEST(ContextualCma, IsNotCaughtWithOneEndBeyondTheBoundAndItsMirrorImageInside) 
 }
 
 TEST(ContextualCma, RemembersSamplesOnTheCurvesSideOfABound) {
-  // One end of the best line lies beyond bounds; what is remembered from there must not pull out.
-  class Beyond : public Moving {
-   public:
-    Beyond() : Moving(6, 6, false) {}
-    Evaluation evaluate(const VectorXd& x) const override {
-      Evaluation e{.cost = 0};
-      for (int i = 0; i < 6; ++i) {
-        VectorXd c = VectorXd::LinSpaced(6, -0.972, 0.972);
-        c.tail(3).array() -= 0.04 * i;
-        e.task_costs.push_back((x - c).squaredNorm());
-        e.cost += e.task_costs.back() / 6;
-      }
-      return e;
-    }
-  };
-  const Beyond problem;
+  // So near that searches cross the bounds; what is remembered from there must not pull out.
+  const NearBounds problem(0.972);
   int trials = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const auto optimizer = made(problem, {.seed = seed, .sigma = 0.2, .x0 = VectorXd::Zero(6)});
@@ -275,45 +260,54 @@ TEST(ContextualCma, BeginsAnewWithMoreSamplesWhereItIsStuck) {
   EXPECT_GE(reached, 4);
 }
 
-/// Runs until it begins anew for the first time.
+/// Runs until it begins anew for the first time, its last generation by another that was restored.
 void untilRestart(const Problem& problem, ContextualCma* optimizer) {
+  ContextualCma resumed(optimizer->options());
   for (int generation = 0; generation < 1000 && optimizer->state().restarts == 0; ++generation) {
-    for (const Candidate& c : optimizer->ask()) optimizer->tell(c.id, problem.evaluate(c.x));
+    resumed.restore(optimizer->save());
+    for (const Candidate& c : optimizer->ask()) {
+      const Evaluation e = problem.evaluate(c.x);
+      optimizer->tell(c.id, e);
+      resumed.tell(c.id, e);
+    }
   }
   ASSERT_EQ(optimizer->state().restarts, 1);
   ASSERT_TRUE(optimizer->best());
+  EXPECT_EQ(resumed.save(), optimizer->save());
 }
 
 TEST(ContextualCma, BeginsAnewAboutItsBestCurveOnlyWhereCostsAreRough) {
-  /// A floor of 1, smooth, or so rough that neighbours differ by up to a half.
+  /// A floor at a height, smooth, or so rough that neighbours differ by up to a half.
   class Floor : public Moving {
    public:
-    explicit Floor(double roughness) : Moving(4, 3, false), roughness_(roughness) {}
+    Floor(double height, double roughness)
+        : Moving(4, 3, false), height_(height), roughness_(roughness) {}
     Evaluation evaluate(const VectorXd& x) const override {
       Evaluation e = Moving::evaluate(x);
-      e.cost += 1 + roughness_ * std::sin(1e5 * x.sum());
-      for (double& cost : e.task_costs) cost += 1 + roughness_ * std::sin(1e5 * x.sum());
+      for (double& cost : e.task_costs) cost += height_ + roughness_ * std::sin(1e5 * x.sum());
       return e;
     }
 
    private:
-    double roughness_;
+    double height_, roughness_;
   };
-  for (const double roughness : {0.0, 0.5}) {
-    const Floor problem(roughness);
-    ContextualCma optimizer({.tasks = problem.tasks(),
-                             .x0 = VectorXd::Constant(4, 0.5),
-                             .scale = VectorXd::Constant(4, 2),
-                             .lower = problem.lower(),
-                             .upper = problem.upper()});
-    untilRestart(problem, &optimizer);
-    const double distance = (2 * optimizer.state().A - optimizer.best()->curve.points).norm();
-    if (roughness > 0) {
-      EXPECT_LT(distance, 1e-12);
-      EXPECT_LT(optimizer.state().sigma, optimizer.options().sigma);
-    } else {
-      EXPECT_GT(distance, 0.1);
-      EXPECT_EQ(optimizer.state().sigma, optimizer.options().sigma);
+  for (const double height : {1.0, -1.0}) {
+    for (const double roughness : {0.0, 0.5}) {
+      const Floor problem(height, roughness);
+      ContextualCma optimizer({.tasks = problem.tasks(),
+                               .x0 = VectorXd::Constant(4, 0.5),
+                               .scale = VectorXd::Constant(4, 2),
+                               .lower = problem.lower(),
+                               .upper = problem.upper()});
+      untilRestart(problem, &optimizer);
+      const double distance = (2 * optimizer.state().A - optimizer.best()->curve.points).norm();
+      if (roughness > 0) {
+        EXPECT_LT(distance, 1e-12) << height;
+        EXPECT_LT(optimizer.state().sigma, optimizer.options().sigma) << height;
+      } else {
+        EXPECT_GT(distance, 0.1) << height;
+        EXPECT_EQ(optimizer.state().sigma, optimizer.options().sigma) << height;
+      }
     }
   }
 }
