@@ -116,7 +116,8 @@ class NearBounds : public Moving {
   explicit NearBounds(double nearest, bool above = true)
       : Moving(6, 6, false), nearest_(nearest), above_(above) {}
   VectorXd upper() const override {
-    return VectorXd::Constant(6, above_ ? 1 : std::numeric_limits<double>::infinity());
+    if (above_) return VectorXd::Ones(6);
+    return VectorXd::Constant(6, std::numeric_limits<double>::infinity());
   }
   VectorXd optimum(double w) const override {
     VectorXd c = VectorXd::LinSpaced(6, -nearest_, nearest_);
