@@ -128,21 +128,26 @@ TEST(Hash, NoticesOrderAndSign) {
 }
 
 TEST(Toml, CollectsAllMistakesWithTheirPlaces) {
-  const TomlValue doc = parseToml("a = \"x\"\nb = [1, 2]\nc = 3\nspedd = 1\n", "f.toml");
+  const TomlValue doc =
+      parseToml("a = \"x\"\nb = [1, 2]\nc = 3\nspedd = 1\ne = nan\nf = [0, -inf]\n", "f.toml");
   Diagnostics d("f.toml");
   const TomlReader r(doc, d);
   r.number("a");
   r.numbers("b", 3);
+  EXPECT_EQ(r.number("e", 2), 2);
+  r.numbers("f", 2);
   r.string("missing");
   EXPECT_EQ(r.number("c"), 3);
   r.number("speed", 0);
   r.finish();
   EXPECT_EQ(messageOf([&] { d.throwIfAny(); }),
             "f.toml:1:1: \"missing\" is missing: expected text\n"
-            "f.toml:1:5: \"a\": expected a number, got text\n"
-            "f.toml:2:5: \"b\": expected a list of 3 numbers\n"
+            "f.toml:1:5: \"a\": expected a finite number, got text\n"
+            "f.toml:2:5: \"b\": expected a list of 3 finite numbers\n"
             "f.toml:4:9: \"spedd\": no such key here. Did you mean \"speed\"? Known: a, b, c, "
-            "missing, speed");
+            "e, f, missing, speed\n"
+            "f.toml:5:5: \"e\": expected a finite number, got nan\n"
+            "f.toml:6:5: \"f\": expected a list of 2 finite numbers");
 }
 
 TEST(Toml, SyntaxErrorsNameLineAndColumn) {

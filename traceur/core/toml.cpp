@@ -5,6 +5,7 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -39,6 +40,11 @@ TomlValue convert(const toml::node& node) {
 }
 
 const TomlValue kEmptyTable{TomlValue::Table{}, 0, 0};
+
+/// What stands there instead of a finite number.
+std::string got(const TomlValue& v) {
+  return v.isNumber() ? fmt::format("{}", v.number()) : std::string(v.kind());
+}
 
 }  // namespace
 
@@ -80,8 +86,8 @@ double TomlReader::number(std::string_view key) const {
 double TomlReader::number(std::string_view key, double otherwise) const {
   const TomlValue* v = find(key);
   if (!v) return otherwise;
-  if (v->isNumber()) return v->number();
-  fail(key, fmt::format("\"{}\": expected a number, got {}", key, v->kind()));
+  if (v->isNumber() && std::isfinite(v->number())) return v->number();
+  fail(key, fmt::format("\"{}\": expected a finite number, got {}", key, got(*v)));
   return otherwise;
 }
 
@@ -114,12 +120,14 @@ std::vector<double> TomlReader::numbers(std::string_view key, int size) const {
   const TomlValue* v = find(key);
   bool good = v && v->isArray() && static_cast<int>(v->array().size()) == size;
   for (int i = 0; good && i < size; ++i) {
-    good = v->array()[i].isNumber();
-    if (good) out[i] = v->array()[i].number();
+    const TomlValue& item = v->array()[i];
+    good = item.isNumber() && std::isfinite(item.number());
+    if (good) out[i] = item.number();
   }
   if (!good) {
-    fail(key, fmt::format("\"{}\"{}: expected a list of {} numbers{}", key, v ? "" : " is missing",
-                          size, v && !v->isArray() ? fmt::format(", got {}", v->kind()) : ""));
+    fail(key, fmt::format("\"{}\"{}: expected a list of {} finite numbers{}", key,
+                          v ? "" : " is missing", size,
+                          v && !v->isArray() ? fmt::format(", got {}", v->kind()) : ""));
   }
   return out;
 }

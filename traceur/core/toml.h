@@ -44,12 +44,13 @@ class TomlReader {
   TomlReader(const TomlValue& table, Diagnostics& diagnostics);
 
   bool has(std::string_view key) const;
+  /// A finite number: TOML knows nan and inf, but no key of ours has a use for them.
   double number(std::string_view key) const;
   double number(std::string_view key, double otherwise) const;
   std::string string(std::string_view key) const;
   std::string string(std::string_view key, std::string_view otherwise) const;
   bool boolean(std::string_view key, bool otherwise) const;
-  /// A list of exactly size numbers.
+  /// A list of exactly size finite numbers.
   std::vector<double> numbers(std::string_view key, int size) const;
   std::vector<std::string> strings(std::string_view key) const;
   /// The table under key; an empty one if it is missing.

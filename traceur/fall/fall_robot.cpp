@@ -95,7 +95,7 @@ FallSetup::QuicknessChange readQuickness(const TomlReader& reader) {
   const auto read = [&](const char* key, bool zero, const char* unit) -> std::optional<double> {
     if (!reader.has(key)) return std::nullopt;
     const double value = reader.number(key, 1);
-    if (!((zero ? value >= 0 : value > 0) && std::isfinite(value))) {
+    if (!(zero ? value >= 0 : value > 0)) {
       reader.fail(key, fmt::format("\"{}\": expected {} 0{}", key, zero ? "≥" : ">", unit));
     }
     return value;
@@ -234,7 +234,7 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   for (const char* needed : {"rod_speed", "stopper_speed"}) reader.number(needed);
   const FallSetup::Quickness quick = changed({}, readQuickness(reader));
   falls.least_interval = reader.number("least_interval", 0);
-  if (!(falls.least_interval >= 0 && std::isfinite(falls.least_interval))) {
+  if (!(falls.least_interval >= 0)) {
     reader.fail("least_interval", "\"least_interval\": expected ≥ 0 [s]");
   }
   if (reader.has("ranges")) {
@@ -264,7 +264,7 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
   falls.tracking.rest_height = reader.number("rest_height", 0.9);
   for (const char* factor :
        {"damping", "rest_stiffness", "rest_damping", "support", "ramp", "rest_height"}) {
-    if (const double f = reader.number(factor, 1); !(f >= 0 && std::isfinite(f))) {
+    if (!(reader.number(factor, 1) >= 0)) {
       reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
     }
   }
