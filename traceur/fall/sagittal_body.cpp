@@ -105,6 +105,12 @@ std::vector<MovedJoint> movedJoints(const SagittalBody& body, const FallRobot& f
                         limit.min, limit.max));
       }
     }
+    if (!(std::isfinite(joint.min) && std::isfinite(joint.max))) {
+      throw InputError(fmt::format(
+          "falls.toml of {}: the joint {} has no limits: expected some in [ranges], or in [limits] "
+          "of its robot.toml",
+          falls.robot->name, name));
+    }
     moved.push_back(std::move(joint));
   };
   for (const std::string& word : falls.joints) {

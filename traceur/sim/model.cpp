@@ -161,7 +161,7 @@ std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
   std::shared_ptr<const Model> model(new Model(composeMjcf(scene), scene.robot));
   if (const Robot* robot = scene.robot.get()) {
     // Every name of the TOML must mean something in the model.
-    Diagnostics diagnostics(robot->file.string());
+    Diagnostics diagnostics((robot->toml.empty() ? robot->file : robot->toml).string());
     const auto check = [&](auto&& look_up) {
       try {
         look_up();

@@ -98,6 +98,7 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
     readUrdfLimits(robot.file, robot);
     return robot;
   }
+  robot.toml = file;
   const TomlValue document = parseToml(readFile(file), file.string());
   Diagnostics diagnostics(file.string());
   const TomlReader reader(document, diagnostics);
@@ -105,10 +106,10 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
   robot.description = reader.string("description", "");
   const std::string model = reader.string("model");
   robot.file = std::filesystem::absolute(file.parent_path() / model);
-  if (!model.empty() && !std::filesystem::is_regular_file(robot.file)) {
-    reader.fail("model", fmt::format("\"model\": no file {}", robot.file.string()));
-  } else {
+  if (std::filesystem::is_regular_file(robot.file)) {
     readUrdfLimits(robot.file, robot);
+  } else if (!model.empty()) {
+    reader.fail("model", fmt::format("\"model\": no file {}", robot.file.string()));
   }
   robot.mass_scale = reader.number("mass_scale", 1);
   if (!(robot.mass_scale > 0)) reader.fail("mass_scale", "\"mass_scale\": expected a factor > 0");
@@ -127,7 +128,10 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
   forEachJointRow(
       reader.table("gains"), robot,
       [](const TomlReader& row) {
-        return JointGain{row.number("kp"), row.number("kd")};
+        const JointGain gain{row.number("kp"), row.number("kd")};
+        if (!(gain.kp >= 0)) row.fail("kp", "\"kp\": expected a number >= 0 [N·m/rad]");
+        if (!(gain.kd >= 0)) row.fail("kd", "\"kd\": expected a number >= 0 [N·m·s/rad]");
+        return gain;
       },
       [&](const std::string& joint, JointGain gain, double) { robot.gains[joint] = gain; });
   const TomlReader limbs = reader.table("limbs");

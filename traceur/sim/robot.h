@@ -69,6 +69,7 @@ struct Robot {
   std::string name;
   std::string description;
   std::filesystem::path file;  ///< MJCF (.xml) or URDF (.urdf)
+  std::filesystem::path toml;  ///< what says the rest; empty for a bare MJCF or URDF
   double mass_scale = 1;       ///< factor on every mass and inertia in the file
   std::optional<PublishedFigures> published;
   std::map<std::string, MirroredPair> mirrored;

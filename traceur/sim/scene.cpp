@@ -68,6 +68,7 @@ void resolveIncludes(XMLElement* root, const fs::path& file, int depth = 0) {
       const fs::path path = file.parent_path() / name;
       XMLDocument included;
       parse(included, readFile(path), path);
+      if (!included.RootElement()) fail(path, nullptr, "expected an element, got none");
       resolveIncludes(included.RootElement(), path, depth + 1);
       tinyxml2::XMLNode* after = e;
       for (auto* c = included.RootElement()->FirstChild(); c; c = c->NextSibling()) {

@@ -461,6 +461,37 @@ TEST(Scene, TheGroundHoldsWhateverTheRobotsDefaultsAre) {
   EXPECT_NEAR(world.snapshot().com().z(), 0.1, 1e-3);
 }
 
+TEST(Robot, MistakesNameTheFileTheyStandIn) {
+  const char* arm = R"(<mujoco><worldbody><body name="arm"><joint name="turn" axis="0 1 0"/>
+    <geom size=".1"/></body></worldbody></mujoco>)";
+  const auto message = [](const auto& read) -> std::string {
+    try {
+      read();
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  const auto with = [&](const std::string& toml) {
+    return message([&] { Model::fromScene({.robot = robotOf("named", arm, toml)}); });
+  };
+  EXPECT_EQ(with("gains.turn = { kp = 1, kd = 1 }"), "accepted");
+  EXPECT_NE(with("gains.trun = { kp = 1, kd = 1 }").find("named.toml: no joint"),
+            std::string::npos);
+  EXPECT_NE(with("gains.turn = { kp = -1, kd = 1 }").find("named.toml:3:21: \"kp\": expected"),
+            std::string::npos)
+      << with("gains.turn = { kp = -1, kd = 1 }");
+  std::ofstream(testing::TempDir() + "bare.toml") << "names = \"bare\"\n";
+  const std::string bare = message([] { Robot::fromFile(testing::TempDir() + "bare.toml"); });
+  for (const char* words : {"\"model\" is missing", "Did you mean \"name\"?"}) {
+    EXPECT_NE(bare.find(words), std::string::npos) << bare;
+  }
+  std::ofstream(testing::TempDir() + "empty.xml") << "<!-- later -->";
+  const auto includes = robotOf("includes", "<mujoco><include file=\"empty.xml\"/></mujoco>");
+  EXPECT_NE(message([&] { Model::fromScene({.robot = includes}); }).find("empty.xml: expected"),
+            std::string::npos);
+}
+
 TEST(World, ComVelocityIsTheEnginesBitByBit) {
   World world(Model::fromScene({.robot = bioloid()}));
   const auto* m = world.model().raw();
