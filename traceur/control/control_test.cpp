@@ -213,6 +213,11 @@ TEST(Expression, RefusesWhatItCannotMean) {
   };
   EXPECT_NE(message("x + 1").find("nothing is named \"x\""), std::string::npos);
   EXPECT_NE(message("time = 3").find("did you mean '=='"), std::string::npos);
+  EXPECT_NE(message("1 > 0,5").find("expected one value, got 2"), std::string::npos);
+  EXPECT_EQ(message("max(1, 2)"), "accepted");
+  std::string endless = "0";  // longer than muParser takes
+  while (endless.size() < 30000) endless += " + 0";
+  EXPECT_NE(message(endless), "accepted");
   for (const char* bad : {"1 +", "(2", "2 2", "", "foo(3)", "* 3"}) {
     EXPECT_NE(message(bad), "accepted") << bad;
   }

@@ -12,6 +12,21 @@ namespace traceur::control {
 namespace {
 constexpr const char* kNameChars =
     "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+
+/// What `read` gives; muParser's complaint about the text, which is no std::exception, as ours.
+template <typename Read>
+auto reading(const std::string& text, Read read) {
+  try {
+    return read();
+  } catch (const mu::ParserError& e) {
+    std::string message = e.GetMsg();
+    while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) {
+      message.pop_back();
+    }
+    throw InputError(fmt::format("\"{}\": {}", text, message));
+  }
+}
+
 }  // namespace
 
 struct Expression::Parser {
@@ -30,15 +45,7 @@ struct Expression::Parser {
     parser.DefineNameChars(kNameChars);
     parser.DefineConst("pi", M_PI);
     parser.DefineFun("atan2", [](double y, double x) { return std::atan2(y, x); });
-    parser.SetExpr(text);
-  }
-
-  static InputError error(const std::string& text, const mu::ParserError& e) {
-    std::string message = e.GetMsg();
-    while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) {
-      message.pop_back();
-    }
-    return InputError(fmt::format("\"{}\": {}", text, message));
+    reading(text, [&] { parser.SetExpr(text); });
   }
 };
 
@@ -49,13 +56,11 @@ Expression& Expression::operator=(Expression&&) noexcept = default;
 
 std::vector<std::string> Expression::namesIn(const std::string& text) {
   Parser p(text);
-  try {
+  return reading(text, [&] {
     std::vector<std::string> names;
     for (const auto& [name, unused] : p.parser.GetUsedVar()) names.push_back(name);
     return names;
-  } catch (const mu::ParserError& e) {
-    throw Parser::error(text, e);
-  }
+  });
 }
 
 bool Expression::isName(const std::string& text) {
@@ -67,18 +72,20 @@ bool Expression::isName(const std::string& text) {
 
 Expression::Expression(const std::string& text, const Lookup& lookup)
     : parser_(std::make_unique<Parser>(text)) {
-  for (const std::string& name : namesIn(text)) {
+  const std::vector<std::string> names = namesIn(text);
+  for (const std::string& name : names) {
     const double* place = lookup(name);
     if (!place) throw InputError(fmt::format("\"{}\": nothing is named \"{}\"", text, name));
     // muParser wants a mutable variable for its assignment operator, which we refuse.
-    parser_->parser.DefineVar(name, const_cast<double*>(place));
+    reading(text, [&] { parser_->parser.DefineVar(name, const_cast<double*>(place)); });
   }
-  try {
-    constant_ = parser_->parser.Eval();
-  } catch (const mu::ParserError& e) {
-    throw Parser::error(text, e);
+  constant_ = reading(text, [&] { return parser_->parser.Eval(); });
+  if (const int values = parser_->parser.GetNumResults(); values != 1) {
+    throw InputError(
+        fmt::format("\"{}\": expected one value, got {} with commas between; decimals have a point",
+                    text, values));
   }
-  if (parser_->parser.GetUsedVar().empty()) parser_.reset();  // it will never change
+  if (names.empty()) parser_.reset();  // it will never change
 }
 
 double Expression::value() const {

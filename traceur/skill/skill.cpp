@@ -335,7 +335,7 @@ class SkillReader {
       for (const TomlReader& f : row.tables("force")) readForce(f, p);
       p.until = expression(row, "until", "", Scope::kRunning);
       p.next = static_cast<int>(i) + 1;
-      if (row.has("then")) p.next = phaseIndex(row, "then", row.string("then"));
+      if (row.has("then")) p.next = phaseIndex(row, "then", row.string("then")).value_or(0);
       const bool last = p.next == static_cast<int>(rows.size());
       if (p.until.empty() && !last) {
         row.fail("until", fmt::format("phase \"{}\": \"until\" is missing: expected the condition "
@@ -460,8 +460,8 @@ class SkillReader {
     }
   }
 
-  /// The phase of this name, or the first one after complaining about `key`.
-  int phaseIndex(const TomlReader& row, const char* key, const std::string& name) {
+  /// The phase of this name; nothing after complaining about `key`.
+  std::optional<int> phaseIndex(const TomlReader& row, const char* key, const std::string& name) {
     std::vector<std::string> names;
     for (size_t i = 0; i < skill_.phases.size(); ++i) {
       if (skill_.phases[i].name == name) return static_cast<int>(i);
@@ -469,14 +469,14 @@ class SkillReader {
     }
     row.fail(key,
              fmt::format("\"{}\": no phase named \"{}\".{}", key, name, didYouMean(name, names)));
-    return 0;
+    return std::nullopt;
   }
 
   std::vector<bool> during(const TomlReader& row) {
     std::vector<bool> in(skill_.phases.size(), !row.has("during"));
     if (!row.has("during")) return in;
     for (const std::string& name : row.strings("during")) {
-      in[phaseIndex(row, "during", name)] = true;
+      if (const auto phase = phaseIndex(row, "during", name)) in[*phase] = true;
     }
     return in;
   }

@@ -165,6 +165,11 @@ TEST(SkillFile, RefusesWhatCannotBeRun) {
             std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "default = 0.1", "default = 7")).find("min <= default"),
             std::string::npos);
+  std::string no_phases = text;  // "during" then names none
+  for (size_t at; (at = no_phases.find("[[phase]]")) != std::string::npos;) {
+    no_phases.replace(at, 9, "[[phases]]");
+  }
+  EXPECT_NE(mistakes(no_phases).find("Did you mean \"phase\""), std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "com.z < 0.1", "com.z = 0.1")).find("did you mean '=='"),
             std::string::npos);
   EXPECT_NE(
