@@ -120,6 +120,7 @@ std::optional<PlannedContact> tryAction(const FallProblem& problem, const FallSt
   if (action.duration < problem.least_interval) return std::nullopt;
   for (int k = stepsOf(problem, action.duration); k > 0; --k) {
     step(problem.model, action.rod_rate, s);
+    if (!withinReach(problem, from.contact, s.r)) return std::nullopt;
     if (s.theta_rate <= 0 || s.theta >= std::numbers::pi / 2) return std::nullopt;
   }
   const auto hit =
