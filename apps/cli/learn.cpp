@@ -197,6 +197,7 @@ int learn(const Arguments& arguments) {
   requireInRange(*skill, o.task, "--task");
   const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
   const skill::SkillProblem problem(skill, o.task);
+  const RunFile::Meta meta = toMeta(o, *skill);
   const auto optimiser =
       optim::findOptimizer(o.optimiser)
           .make(problem, {.seed = o.seed,
@@ -205,9 +206,8 @@ int learn(const Arguments& arguments) {
                           .x0 = skill->initialParameters(),
                           // A skill's cost says itself what a failure costs.
                           .feasible_first = false,
-                          .experience = experienceOf(o.experience, problem.dimension(),
+                          .experience = experienceOf(o.experience, meta.at("parameters"),
                                                      problem.constraints())});
-  const RunFile::Meta meta = toMeta(o, *skill);
   RunFile run = openRun(out, meta, a.resume);
   const optim::Summary summary =
       search(run, problem, *optimiser,

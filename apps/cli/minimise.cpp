@@ -91,26 +91,6 @@ ExternalFunction toFunction(const Arguments& a) {
   return f;
 }
 
-std::unique_ptr<optim::Optimizer> makeOptimiser(const Arguments& a, const optim::Problem& problem,
-                                                const Eigen::VectorXd& x0) {
-  if (problem.tasks().size() > 0) {
-    return optim::findFamilyOptimizer(a.optimiser)
-        .make(problem,
-              {.seed = a.seed,
-               .control_points = controlPointsOf(a.curve, static_cast<int>(problem.tasks().size())),
-               .lambda = a.population,
-               .sigma = a.step_size,
-               .x0 = x0});
-  }
-  return optim::findOptimizer(a.optimiser)
-      .make(problem,
-            {.seed = a.seed,
-             .lambda = a.population,
-             .sigma = a.step_size,
-             .x0 = x0,
-             .experience = experienceOf(a.experience, problem.dimension(), problem.constraints())});
-}
-
 RunFile::Meta toMeta(const Arguments& a, const ExternalFunction& f) {
   std::string parameters;
   for (const ParamSpec& p : f.variables) {
@@ -130,6 +110,27 @@ RunFile::Meta toMeta(const Arguments& a, const ExternalFunction& f) {
           {"experience", a.experience},
           {"population", fmt::format("{}", a.population)},
           {"step_size", fmt::format("{}", a.step_size)}};
+}
+
+std::unique_ptr<optim::Optimizer> makeOptimiser(const Arguments& a, const ExternalFunction& f,
+                                                const optim::Problem& problem,
+                                                const Eigen::VectorXd& x0) {
+  if (problem.tasks().size() > 0) {
+    return optim::findFamilyOptimizer(a.optimiser)
+        .make(problem,
+              {.seed = a.seed,
+               .control_points = controlPointsOf(a.curve, static_cast<int>(problem.tasks().size())),
+               .lambda = a.population,
+               .sigma = a.step_size,
+               .x0 = x0});
+  }
+  return optim::findOptimizer(a.optimiser)
+      .make(problem, {.seed = a.seed,
+                      .lambda = a.population,
+                      .sigma = a.step_size,
+                      .x0 = x0,
+                      .experience = experienceOf(a.experience, toMeta(a, f).at("parameters"),
+                                                 problem.constraints())});
 }
 
 nlohmann::ordered_json toJson(const ExternalFunction& f, const Eigen::VectorXd& x) {
@@ -204,7 +205,7 @@ int minimise(const Arguments& arguments) {
   for (size_t i = 0; i < function.variables.size(); ++i) {
     x0[static_cast<Eigen::Index>(i)] = function.variables[i].initial;
   }
-  const auto optimiser = makeOptimiser(a, problem, x0);
+  const auto optimiser = makeOptimiser(a, function, problem, x0);
   const std::string out = a.out.empty() ? fmt::format("runs/minimise-seed{}.run", a.seed) : a.out;
   RunFile run = openRun(out, toMeta(a, function), a.resume);
   const optim::Summary summary = search(run, problem, *optimiser,

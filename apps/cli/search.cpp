@@ -166,11 +166,15 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
   return p;
 }
 
-std::vector<optim::Trial> experienceOf(const std::string& file, int n,
+std::vector<optim::Trial> experienceOf(const std::string& file, const std::string& parameters,
                                        const std::vector<std::string>& constraints) {
   std::vector<optim::Trial> trials;
   if (file.empty()) return trials;
   const RunFile run = RunFile::open(file, false);
+  if (const std::string theirs = required(run, "parameters"); theirs != parameters) {
+    throw InputError(fmt::format("{}: expected a run of the same parameters, {}, got one of {}",
+                                 file, parameters, theirs));
+  }
   const std::string names = ", " + required(run, "constraints") + ", ";
   size_t known = 0;
   while (known < constraints.size() &&
@@ -182,10 +186,6 @@ std::vector<optim::Trial> experienceOf(const std::string& file, int n,
                                  required(run, "constraints")));
   }
   for (const TrialRow& row : run.trials()) {
-    if (static_cast<int>(row.x.size()) != n) {
-      throw InputError(fmt::format("{}: its trials have {} variables, here there are {}", file,
-                                   row.x.size(), n));
-    }
     optim::Trial trial;
     trial.x =
         Eigen::Map<const Eigen::VectorXd>(row.x.data(), static_cast<Eigen::Index>(row.x.size()));
