@@ -17,6 +17,7 @@
 #include "traceur/core/pending_file.h"
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
+#include "traceur/render/figure.h"
 
 namespace traceur::cli {
 namespace {
@@ -294,7 +295,8 @@ int fit(const Arguments& a) {
   }
   static constexpr size_t kFewest = 10;  // [ours]
   const bool biased = usesBias(o.method);
-  if (biased && !logs.empty() && train.size() + test.size() < kFewest) {
+  const bool learns = biased || o.method == bias::BongoMethod::kIdentify;
+  if (learns && !logs.empty() && train.size() + test.size() < kFewest) {
     throw InputError(fmt::format(
         "--data: {} usable samples in {} logs, expected at least {}. A sample is {} readings; left "
         "out: {}",
@@ -358,6 +360,7 @@ int evaluate(const Arguments& a) {
   if (!a.video.empty() && fs::path(a.video).extension() != ".mp4") {
     throw InputError(fmt::format("--video {}: expected .mp4", a.video));
   }
+  if (!a.map.empty()) render::requireFigureName(a.map);
   bias::BongoMachine machine = machineOf(a);
   if (a.angle > 0) machine.start_angle = a.angle * std::numbers::pi / 180;
   const VectorXd parameters = bias::readPolicy(a.policy);
@@ -380,9 +383,10 @@ int evaluate(const Arguments& a) {
     const bool noisy = machine.faults.torque_variance + machine.faults.angle_variance +
                            machine.faults.rate_variance >
                        0;
-    writeBalanceMap(a.map, machine, parameters, kMapAngle, 20, noisy ? 10 : 1, a.seed);
+    writeBalanceMap(a.map, machine, parameters, kMapAngle, 20, noisy ? 10 : 1, a.seed,
+                    interrupt.token());
   }
-  return kDone;
+  return interrupt.token().stop_requested() ? kInterrupted : kDone;
 }
 
 int exportPolicy(const Arguments& a) {

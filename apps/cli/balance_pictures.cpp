@@ -134,9 +134,9 @@ void writeBalanceVideo(const std::filesystem::path& file, std::span<const Balanc
   video->finish();
 }
 
-double writeBalanceMap(const std::filesystem::path& file, const bias::BongoMachine& machine,
-                       const Eigen::VectorXd& parameters, double angle, int count, int tries,
-                       std::uint64_t seed) {
+void writeBalanceMap(const std::filesystem::path& file, const bias::BongoMachine& machine,
+                     const Eigen::VectorXd& parameters, double angle, int count, int tries,
+                     std::uint64_t seed, const std::stop_token& stop) {
   const bias::BongoParameters board;
   const auto policy = bias::BalancePolicy::of(parameters);
   render::Panel panel;
@@ -149,6 +149,7 @@ double writeBalanceMap(const std::filesystem::path& file, const bias::BongoMachi
   int good = 0;
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j < count; ++j) {
+      if (stop.stop_requested()) return;
       const auto place = [&](int k) { return angle * (2.0 * (k + 0.5) / count - 1); };
       int here = 0;
       for (int t = 0; t < tries; ++t) {
@@ -176,7 +177,6 @@ double writeBalanceMap(const std::filesystem::path& file, const bias::BongoMachi
   PendingFile numbers(std::filesystem::path(file).replace_extension(".csv"));
   numbers.write(csv);
   numbers.commit();
-  return static_cast<double>(good) / (count * count * tries);
 }
 
 void writeLearning(const std::filesystem::path& file, std::span<const LearningStep> steps) {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,10 @@ void writeBalanceVideo(const std::filesystem::path& file, std::span<const Balanc
 
 /// Runs the machine from a grid of wheel and board angles, `count` each way within ±`angle` [rad],
 /// `tries` times from each, draws it, and writes the numbers beside it as CSV.
-/// @return the part of runs that stayed up
-double writeBalanceMap(const std::filesystem::path& file, const bias::BongoMachine& machine,
-                       const Eigen::VectorXd& parameters, double angle, int count, int tries,
-                       std::uint64_t seed);
+/// Stopped, it writes nothing.
+void writeBalanceMap(const std::filesystem::path& file, const bias::BongoMachine& machine,
+                     const Eigen::VectorXd& parameters, double angle, int count, int tries,
+                     std::uint64_t seed, const std::stop_token& stop);
 
 /// What an iteration of a learning came to.
 struct LearningStep {

@@ -7,6 +7,7 @@
 
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
 #include "traceur/sim/world.h"
@@ -107,12 +108,12 @@ int inspect(const Arguments& a) {
   for (const Need& n : needs(*model)) j["missing"][n.verb] = n.missing;
   j["left_to_skills"] = leftToSkills(*robot, *model);
   if (!a.mjcf.empty()) {
-    std::FILE* f = std::fopen(a.mjcf.c_str(), "wx");
-    if (!f) throw SystemError(fmt::format("{}: cannot be made: {}", a.mjcf, std::strerror(errno)));
-    const bool written = std::fputs(model->mjcf().c_str(), f) >= 0;
-    if (std::fclose(f) != 0 || !written) {
-      throw SystemError(fmt::format("{}: cannot be written: {}", a.mjcf, std::strerror(errno)));
+    if (std::filesystem::exists(a.mjcf)) {  // it might be the robot's own
+      throw InputError(fmt::format("--mjcf {}: exists already: expected a new file", a.mjcf));
     }
+    PendingFile file(a.mjcf);
+    file.write(model->mjcf());
+    file.commit();
   }
   if (a.json) {
     fmt::print("{}\n", j.dump(2));

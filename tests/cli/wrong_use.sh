@@ -85,9 +85,8 @@ expect 2 'has changed since' -- learn "$dir/changed.toml" --budget 32 --out "$di
 expect 2 'b.gif' '.png' -- render "$dir/b.run" "$dir/b.gif"
 expect 2 '--view' 'above' 'side' -- render "$dir/b.run" "$dir/b.png" --view above
 expect 1 '/proc/nowhere' -- plot "$dir/b.run" --what cost --out /proc/nowhere/a.png
-if [ -e /dev/full ]; then
-  expect 1 '/dev/full' -- inspect bioloid-gp --mjcf /dev/full
-fi
+expect 2 'changed.toml' 'exists already' -- inspect bioloid-gp --mjcf "$dir/changed.toml"
+expect 1 '/proc/nowhere/a.xml' -- inspect bioloid-gp --mjcf /proc/nowhere/a.xml
 
 expect 2 'FIRST:LAST:COUNT' -- learn "$nod" --tasks 0:1 --out "$dir/k.run"
 expect 2 '[0, 1]' -- learn "$nod" --tasks 0:2:3 --out "$dir/k.run"
@@ -194,6 +193,7 @@ fi
 "$traceur" $minimise --constraint outside --budget 120 --out "$dir/disc.run" --json -- $disc 2>/dev/null |
   python3 -c 'import json, sys; d = json.load(sys.stdin); sys.exit(not (d["feasible"] and d["best_cost"] < -1.2))' ||
   { echo "minimise --json: not the object it should be"; failures=$((failures + 1)); }
+expect 2 'expected a run of the same parameters' 'disc.run' -- minimise --var u=-2:2 --var v=-2:2 --optimiser cma-c --constraint outside --experience "$dir/disc.run" --out "$dir/m.run" -- $disc
 "$traceur" $minimise --constraint outside --budget 60 --experience "$dir/disc.run" --out "$dir/taught.run" --quiet -- $disc ||
   { echo "minimise --experience: failed"; failures=$((failures + 1)); }
 
@@ -251,10 +251,12 @@ sed 's/bongo board/unicycle/' $log >"$dir/other.csv"
 expect 2 'unicycle' 'bongo board' -- balance fit --data "$dir/other.csv" --out "$dir/p.json"
 head -90 $log >"$dir/short.csv"
 expect 2 'usable samples' 'at least 10' -- balance fit --data "$dir/short.csv" --out "$dir/p.json"
+expect 2 'usable samples' 'at least 10' -- balance fit --method identify --data "$dir/short.csv" --out "$dir/p.json"
 [ ! -e "$dir/p.json" ] || { echo "a refused log left a policy behind"; failures=$((failures + 1)); }
 echo '{}' >"$dir/policy.json"
 expect 2 'policy.json' 'not a policy' -- balance evaluate "$dir/policy.json"
 expect 2 'v.avi' 'expected .mp4' -- balance evaluate "$dir/policy.json" --video "$dir/v.avi"
+expect 2 'm.pdf' '.png or .svg' -- balance evaluate "$dir/policy.json" --map "$dir/m.pdf"
 expect 2 'policy.json' 'not a policy' -- balance export "$dir/policy.json"
 
 # A later generation makes what was found before outdated, also when it is never replaced.

@@ -401,16 +401,20 @@ class Script {
 
 }  // namespace
 
-void writeFigure(const Figure& figure, const std::filesystem::path& path) {
-  check(figure);
+void requireFigureName(const std::filesystem::path& path) {
   const std::string ending = path.extension();
   if (ending != ".png" && ending != ".svg") {
     throw InputError(fmt::format("{}: a figure's file ends in .png or .svg", path.string()));
   }
+}
+
+void writeFigure(const Figure& figure, const std::filesystem::path& path) {
+  check(figure);
+  requireFigureName(path);
   PendingFile file(path);
   // --default-settings: a personal start-up file must not change our figures.
   Process gnuplot({"gnuplot", "--default-settings"});
-  gnuplot.write(Script(figure, ending == ".svg").make(file.beside()));
+  gnuplot.write(Script(figure, path.extension() == ".svg").make(file.beside()));
   const std::string said = gnuplot.finish();
   if (std::filesystem::file_size(file.beside()) == 0) {
     throw SystemError(fmt::format("cannot write {}: gnuplot drew nothing{}{}", path.string(),

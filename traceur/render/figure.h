@@ -62,6 +62,10 @@ struct Figure {
   int panel_height = 260;  ///< [px], labels of the axes included
 };
 
+/// Refuses a name that is no figure's, before what it shows is computed.
+/// @throws InputError unless it ends in .png or .svg
+void requireFigureName(const std::filesystem::path& path);
+
 /// Writes a figure; the file appears whole or not at all.
 /// @param path  ending in .png or .svg
 /// @throws InputError for another ending, no panels, series of unequal lengths; SystemError naming
