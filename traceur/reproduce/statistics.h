@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -17,9 +18,9 @@ double trimmedMean(std::span<const double> values, double share);
 /// exp of the mean logarithm; values > 0.
 double geometricMean(std::span<const double> values);
 
-struct Interval {
-  double low = 0;
-  double high = 0;
+struct Interval {  ///< NaN: there is none
+  double low = std::numeric_limits<double>::quiet_NaN();
+  double high = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The 95 % percentile bootstrap interval of a statistic of independent samples
