@@ -318,14 +318,15 @@ struct Runner::Impl {
         phase_time = 0;
         enter(phase);
       }
-      bool end = step >= steps;
+      bool fails = false;
       for (size_t i = 0; i < failures.size(); ++i) {
         if (skill->failures[i].during[phase] && failures[i].holds()) {
           failed[i] = 1;
-          if (!end) r.ended = skill->failures[i].name;
-          end = true;
+          if (!fails) r.ended = skill->failures[i].name;
+          fails = true;
         }
       }
+      bool end = fails || step >= steps;
       if (!end && stop && stop->holds()) {
         r.ended = "stop";
         end = true;

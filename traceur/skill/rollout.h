@@ -53,7 +53,7 @@ class Runner {
 
   /// What the last run would have cost for another task, where the motion does not depend on it.
   double costOf(double task);
-  /// Whether "task" stands in a pose, a force or a condition, so that each task is another motion.
+  /// Whether "task" stands elsewhere than in costs and "achieved": a trial is of one task then.
   bool motionDependsOnTask() const;
   /// Whether "task" is read by a cost.
   bool costDependsOnTask() const;

@@ -213,8 +213,8 @@ class SkillReader {
   void readScene(const TomlReader& top) {
     sim::Scene scene;
     scene.time_step = top.number("time_step", scene.time_step);
-    if (!(scene.time_step > 0 && scene.time_step <= 0.02)) {
-      top.fail("time_step", "\"time_step\": expected seconds in (0, 0.02]");
+    if (!(scene.time_step >= 1e-6 && scene.time_step <= 0.02)) {
+      top.fail("time_step", "\"time_step\": expected seconds in [0.000001, 0.02]");
       scene.time_step = 0.001;
     }
     const TomlReader s = top.table("scene");

@@ -14,8 +14,8 @@ SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, VectorXd tasks)
   Runner runner(skill_);
   if (runner.motionDependsOnTask()) {
     throw InputError(fmt::format(
-        "{}: \"task\" stands in a pose, a force or a condition, so that one trial cannot be scored "
-        "for several tasks; let the cost alone depend on it",
+        "{}: \"task\" stands elsewhere than in costs and \"achieved\", so that one trial cannot be "
+        "scored for several tasks; let the cost alone depend on it",
         skill_->name));
   }
   if (!runner.costDependsOnTask()) {

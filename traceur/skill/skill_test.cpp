@@ -107,6 +107,16 @@ TEST(SkillProblem, RefusesTasksThatChangeTheMotion) {
   EXPECT_THROW(SkillProblem(skill, VectorXd(VectorXd::LinSpaced(3, 0, 1))), InputError);
 }
 
+TEST(Rollout, AFailureOfTheLastStepIsWhatEndsIt) {
+  const auto skill = fromText(replaced(kNod, "com.z < 0.1", "time >= 0.2"));
+  VectorXd x(1);
+  x << 0.3;
+  const Rollout r = Runner(skill).run(x, 0.1);
+  EXPECT_TRUE(r.failed());
+  EXPECT_EQ(r.ended, skill->failures[0].name);
+  EXPECT_NEAR(r.time, 0.2, 1e-9);
+}
+
 TEST(SkillFile, TheNodDoesWhatItSays) {
   const auto skill = fromText(kNod);
   Runner runner(skill);
