@@ -79,11 +79,11 @@ struct ContextualCmaState {
 /// sees its own. For each task the samples are ranked by its cost and laid along u ∈ [0, 1], each
 /// as long as its share of the importance, and CMA's logarithmic weights of rank become
 ///
-///     w_ki ∝ ∫ max(0, -ln 2u) du over its length,  Σ_k w_ki = 1;   negative ones from the other
-///     half
+///     w_ki ∝ ∫ max(0, -ln 2u) du over its length,  Σ_k w_ki = 1
 ///
-/// of u, positive ones among what has a cost, negative ones among all. A sample that alone has a
-/// cost gets all the weight, one of hardly any importance hardly any.
+/// with negative ones from the other half of u; positive ones are among what has a cost, negative
+/// ones among all. A sample that alone has a cost gets all the weight, one of hardly any importance
+/// hardly any.
 ///
 /// The best sample of task i among the last generations is one more of its samples, with r = 1
 /// (0 for tasks of which it is not the best), while it lies within √n + 2n/(n+2) standard
@@ -97,8 +97,9 @@ struct ContextualCmaState {
 ///     Δ_i = Σ_k w_ki (x_k - m_i),  G = Σ_i h_i φ_i φ_iᵀ,  ΔA = Σ_i h_i Δ_i φ_iᵀ G⁻¹
 ///     p_σ ← (1-c_σ) p_σ + √(c_σ (2-c_σ) μ_w) C^(-1/2) ΔA G^(1/2)/σ
 ///     p_c ← (1-c_c) p_c + h_σ √(c_c (2-c_c) μ_w) ΔA G^(1/2)/σ
-///     C   ← (1 + c_1 (1-h_σ) c_c (2-c_c) - c_1 - c_μ Σw) C + c_1 p_c p_cᵀ/K + c_μ Σ_ki h_i w_ki
-///     y_ki y_kiᵀ σ   ← σ exp(min(1, c_σ/d_σ (‖p_σ‖/χ_nK - 1)))
+///     C   ← (1 + c_1 (1-h_σ) c_c (2-c_c) - c_1 - c_μ Σw) C + c_1 p_c p_cᵀ/K
+///           + c_μ Σ_ki h_i w_ki y_ki y_kiᵀ
+///     σ   ← σ exp(min(1, c_σ/d_σ (‖p_σ‖/χ_nK - 1)))
 ///
 /// with y_ki = (x_k - m_i)/σ. μ_w = K / tr(G⁻¹ Φ S Φᵀ), S_ij = h_i h_j Σ_k w_ki w_kj, makes p_σ
 /// standard normal under random ranks: it counts samples that serve several tasks once.
