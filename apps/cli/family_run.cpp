@@ -45,7 +45,8 @@ void requireAchieved(const skill::Skill& skill) {
 }
 
 std::filesystem::path beside(const std::filesystem::path& run, const std::string& ending) {
-  return run.parent_path() / (run.stem().string() + ending);
+  const std::filesystem::path name = run.extension() == ".run" ? run.stem() : run.filename();
+  return run.parent_path() / (name.string() + ending);
 }
 
 FamilyRun readFamily(const RunFile& run) {

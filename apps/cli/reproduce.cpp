@@ -207,6 +207,17 @@ std::vector<bool> chosen(const std::vector<T>& named, const std::vector<std::str
 int draw(const Drawing& drawing, const Arguments& a) {
   const std::string out = a.out.empty() ? fmt::format("runs/{}.png", drawing.name) : a.out;
   const std::filesystem::path file(out);
+  const std::pair<const char*, bool> of_runs[] = {
+      {"--seeds", a.seeds > 0},         {"--full", a.full},     {"--row", !a.rows.empty()},
+      {"--column", !a.columns.empty()}, {"--no-run", a.no_run}, {"--markdown", a.markdown},
+      {"--picture", !a.picture.empty()}};
+  for (const auto& [option, given] : of_runs) {
+    if (given) {
+      throw InputError(fmt::format(
+          "{}: {} is drawn anew each time, from --seed into --out; it has no runs to choose",
+          option, drawing.name));
+    }
+  }
   if (file.extension() != ".png" && (drawing.pixels || file.extension() != ".svg")) {
     throw InputError(
         fmt::format("--out {}: expected {}", out, drawing.pixels ? ".png" : ".png or .svg"));
@@ -323,8 +334,8 @@ void addReproduce(CLI::App& program, int& exit_code) {
   verb->add_option("--column", a->columns, "Run only these columns")->delimiter(',');
   verb->add_option(
       "--picture", a->picture,
-      "Of figure-32 to 34, 41, 42, families and table-13: the figure, .png or .svg; default beside "
-      "--out");
+      "Of figure-22, 32 to 34, 41, 42, families and table-13: the figure, .png or .svg; default "
+      "beside --out");
   verb->add_flag("--no-run", a->no_run, "Only sum up what the CSV has");
   auto* json = verb->add_flag("--json", a->json, "Print one JSON object");
   verb->add_flag("--markdown", a->markdown, "Print a Markdown section")->excludes(json);

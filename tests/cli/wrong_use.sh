@@ -156,6 +156,16 @@ sys.exit(not (0 < target < 1 and target == c["phases"][0]["targets"]["r_shoulder
               and c["parameters"]["shoulder"]["value"] == target))
 END
 "$traceur" export "$dir/b.run" >/dev/null || { echo "export: not of one task"; failures=$((failures + 1)); }
+# A name with a dot and a phase with a comma.
+sed 's/"raise"/"raise, both"/' "$nod" >"$dir/comma.toml"
+"$traceur" learn "$dir/comma.toml" --budget 16 --out "$dir/v1.2" --quiet &&
+  "$traceur" export "$dir/v1.2" --json |
+  python3 -c 'import json, sys; d = json.load(sys.stdin); sys.exit("within_tolerance" not in d)' &&
+  python3 - "$dir/v1.2-0.1-targets.csv" <<'END' || { echo "export: not what it should be of v1.2"; failures=$((failures + 1)); }
+import csv, sys
+head, *rows = list(csv.reader(open(sys.argv[1])))[1:]
+sys.exit(not (rows and all(len(r) == len(head) and r[1] == "raise, both" for r in rows)))
+END
 expect 2 'none of this name' 'Did you mean "contextual"' -- reproduce figure-32 --column contextal
 expect 2 '--picture' 'is no figure' -- reproduce table-7 --picture "$dir/x.png"
 expect 2 'f.svg' 'expected .png' -- reproduce figure-39 --out "$dir/f.svg"
@@ -167,6 +177,10 @@ expect 2 'excludes' -- reproduce table-7 --seeds 3 --full
 expect 1 'none.csv' -- reproduce table-7 --no-run --out "$dir/none.csv"
 echo 'x,y' >"$dir/foreign.csv"
 expect 2 'foreign.csv:1' -- reproduce table-7 --no-run --out "$dir/foreign.csv"
+printf 'a note' >"$dir/note.txt"
+expect 2 'note.txt' 'a note' -- reproduce table-7 --seeds 1 --quiet --out "$dir/note.txt"
+[ "$(cat "$dir/note.txt")" = 'a note' ] || { echo "reproduce: a foreign file is gone"; failures=$((failures + 1)); }
+expect 2 '--no-run' 'drawn anew' -- reproduce figure-28 --no-run
 
 disc="python3 examples/disc.py"
 minimise="minimise --var x=-2:2 --var y=-2:2"
