@@ -6,6 +6,8 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
+#include "traceur/optim/all.h"
+#include "traceur/optim/family.h"
 
 namespace traceur::cli {
 
@@ -42,6 +44,17 @@ int controlPointsOf(const std::string& curve, int tasks) {
   if (points <= tasks) return points;
   throw InputError(
       fmt::format("--curve {}: expected at least {} tasks, got {}", curve, points, tasks));
+}
+
+std::string optimisersHelp() {
+  std::string text = "Optimisers:\n";
+  const auto add = [&](const auto& entries) {
+    for (const auto& entry : entries) text += fmt::format("  {:<14}{}\n", entry.name, entry.help);
+  };
+  add(optim::allOptimizers());
+  text += "With --tasks:\n";
+  add(optim::allFamilyOptimizers());
+  return text;
 }
 
 CLI::Validator isSeed() {

@@ -19,6 +19,9 @@ Eigen::VectorXd toTasks(const std::string& text, const std::string& where);
 /// @throws InputError for a curve with more of them than there are tasks
 int controlPointsOf(const std::string& curve, int tasks);
 
+/// What --optimiser may be, a line each, for the end of a verb's help.
+std::string optimisersHelp();
+
 /// Refuses "-1", which would be read as 2^64 - 1.
 CLI::Validator isSeed();
 

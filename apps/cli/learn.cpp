@@ -266,7 +266,7 @@ void addLearn(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
   verb->add_option("--optimiser", o.optimiser,
-                   "Which search; default: cma-es, of a family contextual");
+                   "Which search, see below; default: cma-es, of a family contextual");
   verb->add_option("--experience", o.experience,
                    "A run file whose failures teach the optimiser cma-c where not to try");
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
@@ -278,6 +278,7 @@ void addLearn(CLI::App& program, int& exit_code) {
   verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
   verb->add_flag("--json", a->json, "Print one JSON object at the end");
   verb->footer(
+      optimisersHelp() +
       "Examples:\n"
       "  traceur learn skills/bioloid-gp/jump.toml\n"
       "  traceur learn skills/bioloid-gp/jump.toml --task 0.07 --seed 3 --out runs/high.run\n"

@@ -244,10 +244,6 @@ void addMinimise(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = program.add_subcommand(
       "minimise", "Search the arguments of a function that your own program computes.");
-  std::vector<std::string> names;
-  for (const auto& o : optim::allOptimizers()) names.push_back(o.name);
-  std::vector<std::string> family_names;
-  for (const auto& o : optim::allFamilyOptimizers()) family_names.push_back(o.name);
   verb->add_option(
           "COMMAND", a->command,
           "Program and arguments, after --. It reads a line of values, one for each --var, "
@@ -269,8 +265,7 @@ void addMinimise(CLI::App& program, int& exit_code) {
       ->check(CLI::IsMember({"linear", "cubic"}))
       ->capture_default_str();
   verb->add_option("--optimiser", a->optimiser,
-                   fmt::format("{}; default cma-c. With --tasks: {}; default contextual",
-                               join(names), join(family_names)));
+                   "Which search, see below; default: cma-c, with --tasks contextual");
   verb->add_option("--budget", a->budget, "Trials in all; the last generation is finished")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
@@ -294,6 +289,7 @@ void addMinimise(CLI::App& program, int& exit_code) {
   verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
   verb->add_flag("--json", a->json, "Print one JSON object at the end");
   verb->footer(
+      optimisersHelp() +
       "Examples:\n"
       "  traceur minimise --var x=-2:2 --var y=-2:2 --constraint outside -- "
       "python3 examples/disc.py\n"

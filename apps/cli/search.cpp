@@ -97,7 +97,14 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
                       const SearchOptions& o) {
   const std::vector<std::string> constraints = problem.constraints();
   const optim::Progress start = progressOf(run, constraints);
-  if (const auto state = run.state()) optimiser.restore(*state);
+  if (const auto state = run.state()) {
+    try {
+      optimiser.restore(*state);
+    } catch (const InputError& e) {  // the person's options are the same: it is the program's
+      throw InputError(fmt::format("{}: cannot be resumed: it was made by another version: {}",
+                                   run.path().string(), e.what()));
+    }
+  }
   ProgressLine line(o.title, o.budget, start.evaluations, o.quiet);
   optim::MinimiseOptions options;
   options.threads = o.threads;
