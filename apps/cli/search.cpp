@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "apps/cli/arguments.h"
@@ -14,6 +15,19 @@
 
 namespace traceur::cli {
 namespace {
+
+/// A stored trial, and which of these constraints it violated.
+optim::Trial toTrial(const TrialRow& row, std::span<const std::string> constraints) {
+  optim::Trial trial;
+  trial.x =
+      Eigen::Map<const Eigen::VectorXd>(row.x.data(), static_cast<Eigen::Index>(row.x.size()));
+  trial.evaluation.cost = row.cost;
+  trial.evaluation.failed = row.failed;
+  for (const std::string& name : constraints) {
+    trial.evaluation.violated.push_back(violates(row, name));
+  }
+  return trial;
+}
 
 std::vector<TrialRow> rowsOf(const std::vector<optim::Trial>& trials, int generation,
                              const std::vector<std::string>& constraints) {
@@ -156,14 +170,7 @@ bool violates(const TrialRow& row, const std::string& name) {
 optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& constraints) {
   optim::Progress p;
   for (const TrialRow& row : run.trials()) {
-    optim::Trial trial;
-    trial.x =
-        Eigen::Map<const Eigen::VectorXd>(row.x.data(), static_cast<Eigen::Index>(row.x.size()));
-    trial.evaluation.cost = row.cost;
-    trial.evaluation.failed = row.failed;
-    for (const std::string& name : constraints) {
-      trial.evaluation.violated.push_back(violates(row, name));
-    }
+    optim::Trial trial = toTrial(row, constraints);
     ++p.evaluations;
     p.failed += row.failed;
     p.generation = row.generation + 1;
@@ -193,15 +200,7 @@ std::vector<optim::Trial> experienceOf(const std::string& file, const std::strin
                                  required(run, "constraints")));
   }
   for (const TrialRow& row : run.trials()) {
-    optim::Trial trial;
-    trial.x =
-        Eigen::Map<const Eigen::VectorXd>(row.x.data(), static_cast<Eigen::Index>(row.x.size()));
-    trial.evaluation.cost = row.cost;
-    trial.evaluation.failed = row.failed;
-    for (size_t i = 0; i < known; ++i) {
-      trial.evaluation.violated.push_back(violates(row, constraints[i]));
-    }
-    trials.push_back(std::move(trial));
+    trials.push_back(toTrial(row, std::span(constraints).first(known)));
   }
   return trials;
 }
