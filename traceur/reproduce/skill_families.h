@@ -16,7 +16,7 @@ namespace traceur::reproduce {
 
 /// Learning curves of jump, kick and walk [Ha2015, Fig. 32]: six tasks, line and cubic.
 Table figure32();
-/// The same with 6 and with 21 tasks, for a line [Ha2015, Fig. 33].
+/// The jump with 6 and with 21 tasks, for a line [Ha2015, Fig. 33].
 Table figure33();
 /// Costs of 51 tasks of the learnt jumps [Ha2015, Fig. 34].
 Table figure34();
