@@ -216,6 +216,7 @@ AnchorOutcome runAnchor(int anchor, int algorithm, std::uint64_t seed) {
   }
   while (!over()) {
     for (const optim::Candidate& c : optimizer->ask()) {
+      if (over()) return outcome;  // its draws took the last rollouts
       const optim::Evaluation evaluation = run(c.x);
       if (over()) return outcome;
       optimizer->tell(c.id, evaluation);

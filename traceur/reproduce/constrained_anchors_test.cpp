@@ -39,6 +39,9 @@ TEST(RunAnchor, ResamplingCountsWhatItRejects) {
   EXPECT_GT(o.infeasible, 20);
   EXPECT_LT(o.infeasible, o.rollouts / 2);
   EXPECT_THROW(runAnchor(0, 9, 1), InputError);
+  const AnchorOutcome capped = runAnchor(2, 0, 1);
+  EXPECT_FALSE(capped.solved);
+  EXPECT_EQ(capped.rollouts, kAnchorCap);
 }
 
 }  // namespace
