@@ -1,5 +1,6 @@
 # The target mujoco::mujoco: the release folder TRACEUR_MUJOCO_ROOT, or the system's. Installed beside
 # the package file, so that a client links the engine Traceur was built with.
+unset(TRACEUR_MUJOCO_INCLUDE CACHE)  # found anew: the root may have changed since the last time
 if(TRACEUR_MUJOCO_ROOT)
   # A release archive or the Python wheel's `mujoco` folder: headers and one shared library.
   find_path(TRACEUR_MUJOCO_INCLUDE mujoco/mujoco.h PATHS ${TRACEUR_MUJOCO_ROOT}/include

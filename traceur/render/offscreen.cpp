@@ -94,16 +94,6 @@ double halfExtent(const mjModel* m, int geom, const Vector3d& d) {
   }
 }
 
-// MuJoCo 2 has a flag where 3 has a kind of light, 1 being directional.
-template <class Light>
-bool isDirectional(const Light& light) {
-  if constexpr (requires { light.directional; }) {
-    return light.directional != 0;
-  } else {
-    return light.type == 1;
-  }
-}
-
 /// The force on one robot body: where its contacts are in the mean, and their sum.
 struct BodyForce {
   Vector3d weighted = Vector3d::Zero();  // Σ |f| p
@@ -384,7 +374,7 @@ void Offscreen::State::shiftRaster(double x, double y) {
 void Offscreen::State::shiftSun(const Vector3d& look_at, double x, double y) {
   for (int i = 0; i < scene.nlight; ++i) {
     mjvLight& light = scene.lights[i];
-    if (light.headlight || !light.castshadow || !isDirectional(light)) continue;
+    if (light.headlight || !light.castshadow || !sim::isDirectional(light)) continue;
     const Vector3d forward = Eigen::Map<Eigen::Vector3f>(light.dir).cast<double>().normalized();
     const Vector3d right = forward.unitOrthogonal();
     const Vector3d shifted =

@@ -8,6 +8,8 @@
 #include <random>
 #include <sstream>
 
+#include "traceur/core/error.h"
+
 namespace traceur::sim {
 namespace {
 
@@ -20,6 +22,7 @@ std::mutex& parserMutex() {
 }
 
 mjModel* load(const std::string& text, std::string& error) {
+  requireOurMujoco();
   quietMujoco();
   auto vfs = std::make_unique<mjVFS>();
   mj_defaultVFS(vfs.get());
@@ -38,6 +41,12 @@ mjModel* load(const std::string& text, std::string& error) {
 }
 
 }  // namespace
+
+void requireOurMujoco() {
+  if (mj_version() == mjVERSION_HEADER) return;
+  throw SystemError("MuJoCo " + std::string(mj_versionString()) + " is loaded, expected version " +
+                    std::to_string(mjVERSION_HEADER) + ", with which Traceur was built");
+}
 
 mjModel* loadXmlText(const std::string& text, std::string& error) {
   const std::lock_guard lock(parserMutex());

@@ -19,6 +19,21 @@ std::string urdfToMjcf(const std::string& urdf, std::string& error);
 /// `contacts` more of `rows` constraints each.
 std::string sizeAttributes(int contacts, int rows);
 
+/// Whether a light shines from afar: MuJoCo 2 has a flag where 3 has a kind, 1 being directional.
+template <class Light>
+bool isDirectional(const Light& light) {
+  if constexpr (requires { light.directional; }) {
+    return light.directional != 0;
+  } else {
+    return light.type == 1;
+  }
+}
+
+/// Refuses an engine that is not of the headers Traceur was compiled with: its structures have
+/// other layouts.
+/// @throws SystemError naming both versions
+void requireOurMujoco();
+
 /// Sends MuJoCo's warnings nowhere (by default it appends to MUJOCO_LOG.TXT in the working
 /// directory); divergence is read from mjData's counters instead. Called before any model exists.
 void quietMujoco();
