@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <fstream>
+#include <memory>
 #include <set>
 
 #include "traceur/core/error.h"
@@ -12,6 +13,7 @@
 #include "traceur/core/process.h"
 #include "traceur/core/random.h"
 #include "traceur/core/run_file.h"
+#include "traceur/core/test_folder.h"
 #include "traceur/core/text.h"
 #include "traceur/core/thread_pool.h"
 #include "traceur/core/toml.h"
@@ -21,14 +23,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of the test's own, empty.
+/// A new folder, empty; removed when the tests have ended.
 fs::path scratch() {
-  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  fs::path dir = fs::path(testing::TempDir()) /
-                 (std::string("traceur_") + info->test_suite_name() + "_" + info->name());
-  fs::remove_all(dir);
-  fs::create_directories(dir);
-  return dir;
+  static std::vector<std::unique_ptr<TestFolder>> folders;
+  folders.push_back(std::make_unique<TestFolder>());
+  return folders.back()->path();
 }
 
 template <class F>
@@ -344,17 +343,6 @@ TEST(RunFile, RefusesANewerVersionAndADamagedFile) {
   put(damaged);
   EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("left as it is"), std::string::npos);
   EXPECT_EQ(readFile(file), damaged);
-}
-
-TEST(RunFile, HasOneWriterAndAnyNumberOfReaders) {
-  const fs::path file = scratch() / "a.run";
-  {
-    const RunFile writer = RunFile::create(file, kMeta);
-    EXPECT_NE(messageOf([&] { RunFile::open(file, true); }).find("another process is writing"),
-              std::string::npos);
-    EXPECT_EQ(RunFile::open(file, false).meta("skill"), "jump");
-  }
-  EXPECT_EQ(RunFile::open(file, true).meta("skill"), "jump");
 }
 
 TEST(RunFile, NoPermissionLeavesNothingBehind) {

@@ -499,9 +499,8 @@ TEST(PlanLibrary, RefusesWhatIsNotItsOwn) {
 
 TEST(PlanLibrary, ATableKeptOnDiskIsTheOneThatWouldBeMade) {
   const Compiled c;
-  const std::filesystem::path folder =
-      std::filesystem::path(::testing::TempDir()) / "fall-tables" / "deeper";
-  std::filesystem::remove_all(folder);
+  const TestFolder tables;
+  const std::filesystem::path folder = tables / "fall-tables" / "deeper";
   const LibraryLabel label{"bioloid-gp", "one_foot", "forward"};
   EXPECT_EQ(cachedTable(c.problem, label, folder).values(), c.table.values());
   const auto file = std::filesystem::directory_iterator(folder)->path();

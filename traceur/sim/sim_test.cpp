@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "traceur/core/random.h"
+#include "traceur/core/test_folder.h"
 #include "traceur/sim/recording.h"
 #include "traceur/sim/world.h"
 
@@ -51,17 +52,23 @@ std::shared_ptr<const Model> props(std::vector<Prop> list, double time_step = 0.
   return Model::fromScene({.props = std::move(list), .time_step = time_step});
 }
 
+/// A file of this process's tests.
+std::string file(const std::string& name) {
+  static const TestFolder kFolder;
+  return kFolder / name;
+}
+
 /// A model file of a test, as a robot.
 std::shared_ptr<const Robot> robotOf(const std::string& name, const std::string& mjcf,
                                      const std::string& toml = "") {
-  std::ofstream(testing::TempDir() + name + ".xml") << mjcf;
+  std::ofstream(file(name + ".xml")) << mjcf;
   if (toml.empty()) {
-    return std::make_shared<const Robot>(Robot::fromFile(testing::TempDir() + name + ".xml"));
+    return std::make_shared<const Robot>(Robot::fromFile(file(name + ".xml")));
   }
-  std::ofstream(testing::TempDir() + name + ".toml")
+  std::ofstream(file(name + ".toml"))
       << "name = \"" << name << "\"\nmodel = \"" << name << ".xml\"\n"
       << toml;
-  return std::make_shared<const Robot>(Robot::fromFile(testing::TempDir() + name + ".toml"));
+  return std::make_shared<const Robot>(Robot::fromFile(file(name + ".toml")));
 }
 
 TEST(World, PlacingARobotPutsItWhereAResetDoes) {
@@ -481,12 +488,12 @@ TEST(Robot, MistakesNameTheFileTheyStandIn) {
   EXPECT_NE(with("gains.turn = { kp = -1, kd = 1 }").find("named.toml:3:21: \"kp\": expected"),
             std::string::npos)
       << with("gains.turn = { kp = -1, kd = 1 }");
-  std::ofstream(testing::TempDir() + "bare.toml") << "names = \"bare\"\n";
-  const std::string bare = message([] { Robot::fromFile(testing::TempDir() + "bare.toml"); });
+  std::ofstream(file("bare.toml")) << "names = \"bare\"\n";
+  const std::string bare = message([] { Robot::fromFile(file("bare.toml")); });
   for (const char* words : {"\"model\" is missing", "Did you mean \"name\"?"}) {
     EXPECT_NE(bare.find(words), std::string::npos) << bare;
   }
-  std::ofstream(testing::TempDir() + "empty.xml") << "<!-- later -->";
+  std::ofstream(file("empty.xml")) << "<!-- later -->";
   const auto includes = robotOf("includes", "<mujoco><include file=\"empty.xml\"/></mujoco>");
   EXPECT_NE(message([&] { Model::fromScene({.robot = includes}); }).find("empty.xml: expected"),
             std::string::npos);
@@ -606,7 +613,7 @@ TEST(Model, UnknownNamesAreRefusedWithASuggestion) {
 }
 
 TEST(Model, UrdfFloatsAndKeepsItsLimits) {
-  const std::string path = testing::TempDir() + "pendulum.urdf";
+  const std::string path = file("pendulum.urdf");
   std::ofstream(path) << R"(<robot name="two">
     <link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
       <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
@@ -743,7 +750,7 @@ TEST(Model, ARobotWithKeyFramesStandsBesideAFreeProp) {
 
 TEST(Model, BrokenFilesNameFileAndLine) {
   const auto message = [](const std::string& text, const std::string& name) {
-    const std::string path = testing::TempDir() + name;
+    const std::string path = file(name);
     std::ofstream(path) << text;
     try {
       Model::fromScene({.robot = std::make_shared<const Robot>(Robot::fromFile(path))});
@@ -765,7 +772,7 @@ TEST(Model, BrokenFilesNameFileAndLine) {
 }
 
 TEST(Robot, AMistakeInAPairsRowIsSaidOnce) {
-  const std::string path = testing::TempDir() + "pair.toml";
+  const std::string path = file("pair.toml");
   std::ofstream(path) << "name = \"x\"\nmodel = \"pair.toml\"\n"
                          "[mirrored]\nhip = { left = \"a\", right = \"b\", sign = -1 }\n"
                          "[limits]\nhip = { torque = -1, speed = 2, angle = [0, 1] }\n"
@@ -780,7 +787,7 @@ TEST(Robot, AMistakeInAPairsRowIsSaidOnce) {
 }
 
 TEST(Robot, ReportsEveryMistakeAtOnce) {
-  const std::string path = testing::TempDir() + "robot.toml";
+  const std::string path = file("robot.toml");
   std::ofstream(path) << "name = \"x\"\nmodel = \"nowhere.xml\"\nmas_scale = 2\n"
                          "[mirrored]\nhip = { left = \"a\", right = \"b\", sign = 3 }\n"
                          "[limits]\nknee = { torque = -1, speed = 2, angle = [1, 0] }\n";

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "traceur/core/error.h"
+#include "traceur/core/test_folder.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
@@ -338,7 +339,8 @@ TEST(Rollout, TooManyContactsAreAFailedTrialWithItsOwnWords) {
   mjcf +=
       "<body><joint name='j'/><geom size='.01' contype='0' "
       "conaffinity='0'/></body></body></worldbody></mujoco>";
-  const std::string file = testing::TempDir() + "many.xml";
+  const TestFolder folder;
+  const std::string file = folder / "many.xml";
   std::ofstream(file) << mjcf;
   std::string text = replaced(kNod, "\"bioloid-gp\"", "\"" + file + "\"");
   text = replaced(text, "base = \"stand\"", "");
