@@ -39,6 +39,10 @@ Eigen::VectorXd toTasks(const std::string& text, const std::string& where) {
   return Eigen::VectorXd::LinSpaced(static_cast<Eigen::Index>(count), first, last);
 }
 
+std::string tasksText(const Eigen::VectorXd& tasks) {
+  return fmt::format("{}:{}:{}", tasks[0], tasks[tasks.size() - 1], tasks.size());
+}
+
 int controlPointsOf(const std::string& curve, int tasks) {
   const int points = curve == "cubic" ? 4 : 2;
   if (points <= tasks) return points;

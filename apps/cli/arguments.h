@@ -15,6 +15,9 @@ double toNumber(const std::string& text, const std::string& where);
 /// @throws InputError for anything else
 Eigen::VectorXd toTasks(const std::string& text, const std::string& where);
 
+/// The same as text in one spelling, so that --resume compares tasks and not their words.
+std::string tasksText(const Eigen::VectorXd& tasks);
+
 /// How many control points --curve "linear" or "cubic" has: 2 or 4.
 /// @throws InputError for a curve with more of them than there are tasks
 int controlPointsOf(const std::string& curve, int tasks);

@@ -360,6 +360,9 @@ int evaluate(const Arguments& a) {
   if (!a.video.empty() && fs::path(a.video).extension() != ".mp4") {
     throw InputError(fmt::format("--video {}: expected .mp4", a.video));
   }
+  if (!a.strip.empty() && fs::path(a.strip).extension() != ".png") {
+    throw InputError(fmt::format("--strip {}: expected .png", a.strip));
+  }
   if (!a.map.empty()) render::requireFigureName(a.map);
   bias::BongoMachine machine = machineOf(a);
   if (a.angle > 0) machine.start_angle = a.angle * std::numbers::pi / 180;

@@ -143,8 +143,7 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
   }
   requireInRange(*skill, tasks[0], "--tasks");
   requireInRange(*skill, tasks[tasks.size() - 1], "--tasks");
-  // One spelling, so that --resume compares tasks and not their texts.
-  o.tasks = fmt::format("{}:{}:{}", tasks[0], tasks[tasks.size() - 1], tasks.size());
+  o.tasks = tasksText(tasks);
   const int control_points = controlPointsOf(o.curve, static_cast<int>(tasks.size()));
   const skill::SkillProblem problem(skill, tasks);
   const auto optimiser = optim::findFamilyOptimizer(o.optimiser)
@@ -191,6 +190,11 @@ int learn(const Arguments& arguments) {
   if (!family && !o.curve.empty()) throw InputError("--curve is for a family: expected --tasks");
   if (family && o.curve.empty()) o.curve = "linear";
   if (o.optimiser.empty()) o.optimiser = family ? "contextual" : "cma-es";
+  if (!o.experience.empty() && o.optimiser != "cma-c") {
+    throw InputError(
+        fmt::format("--experience: cma-c alone learns from it: expected --optimiser cma-c, got {}",
+                    o.optimiser));
+  }
   if (o.population < 0) o.population = family ? 0 : kPopulation;
   if (family) return learnFamily(a, skill, interrupt);
   o.task = a.task.value_or(skill->task.initial);

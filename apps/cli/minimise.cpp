@@ -24,7 +24,7 @@ struct Arguments {
   std::vector<std::string> constraints;
   std::vector<std::string> command;
   std::string tasks;
-  std::string curve = "linear";
+  std::string curve;
   std::string optimiser;
   std::uint64_t seed = 1;
   int budget = 10000;
@@ -102,8 +102,8 @@ RunFile::Meta toMeta(const Arguments& a, const ExternalFunction& f) {
           {"variables", join(a.variables, ", ")},
           {"parameters", parameters},
           {"constraints", join(a.constraints)},
-          {"tasks", a.tasks},
-          {"curve", a.tasks.empty() ? "" : a.curve},
+          {"tasks", f.tasks.size() > 0 ? tasksText(f.tasks) : ""},
+          {"curve", a.curve},
           {"seed", fmt::format("{}", a.seed)},
           {"budget", fmt::format("{}", a.budget)},
           {"optimiser", a.optimiser},
@@ -200,6 +200,15 @@ int minimise(const Arguments& arguments) {
     throw InputError("--experience: families do not learn from violated constraints");
   }
   if (a.optimiser.empty()) a.optimiser = function.tasks.size() > 0 ? "contextual" : "cma-c";
+  if (!a.experience.empty() && a.optimiser != "cma-c") {
+    throw InputError(
+        fmt::format("--experience: cma-c alone learns from it: expected --optimiser cma-c, got {}",
+                    a.optimiser));
+  }
+  if (function.tasks.size() == 0 && !a.curve.empty()) {
+    throw InputError("--curve is for a family: expected --tasks");
+  }
+  if (function.tasks.size() > 0 && a.curve.empty()) a.curve = "linear";
   const ExternalProblem problem(function);
   Eigen::VectorXd x0(function.variables.size());
   for (size_t i = 0; i < function.variables.size(); ++i) {
@@ -261,9 +270,8 @@ void addMinimise(CLI::App& program, int& exit_code) {
   verb->add_option("--tasks", a->tasks,
                    "FIRST:LAST:COUNT: the command answers with a cost for each of so many tasks, "
                    "and a curve of values is sought");
-  verb->add_option("--curve", a->curve, "With --tasks: linear or cubic")
-      ->check(CLI::IsMember({"linear", "cubic"}))
-      ->capture_default_str();
+  verb->add_option("--curve", a->curve, "With --tasks: linear (default) or cubic")
+      ->check(CLI::IsMember({"linear", "cubic"}));
   verb->add_option("--optimiser", a->optimiser,
                    "Which search, see below; default: cma-c, with --tasks contextual");
   verb->add_option("--budget", a->budget, "Trials in all; the last generation is finished")

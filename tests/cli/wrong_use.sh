@@ -94,6 +94,7 @@ expect 2 'contextual' -- learn "$nod" --tasks 0:1:3 --optimiser cma-es --out "$d
 expect 2 'for a family' -- learn "$nod" --tasks 0:1:3 --task 0.5 --out "$dir/k.run"
 "$traceur" learn "$nod" --tasks 0:1:3 --budget 200 --out "$dir/k.run" --quiet || failures=$((failures + 1))
 expect 2 'expected FIRST:LAST:COUNT, got ""' -- learn "$nod" --tasks "" --out "$dir/none.run"
+expect 2 'expected --optimiser cma-c' -- learn "$nod" --experience "$dir/b.run" --out "$dir/none.run"
 expect 2 'expected --tasks' -- learn "$nod" --curve cubic --out "$dir/none.run"
 expect 2 'at least 4 tasks, got 3' -- learn "$nod" --tasks 0:1:3 --curve cubic --out "$dir/none.run"
 expect 2 'individual' 'cubic' -- learn "$nod" --tasks 0:1:4 --curve cubic --optimiser individual --out "$dir/none.run"
@@ -207,6 +208,8 @@ fi
 "$traceur" $minimise --constraint outside --budget 120 --out "$dir/disc.run" --json -- $disc 2>/dev/null |
   python3 -c 'import json, sys; d = json.load(sys.stdin); sys.exit(not (d["feasible"] and d["best_cost"] < -1.2))' ||
   { echo "minimise --json: not the object it should be"; failures=$((failures + 1)); }
+expect 2 'expected --optimiser cma-c' 'got cma-es' -- $minimise --optimiser cma-es --constraint outside --experience "$dir/disc.run" --out "$dir/m.run" -- $disc
+expect 2 'expected --tasks' -- $minimise --constraint outside --curve cubic --out "$dir/m.run" -- $disc
 expect 2 'expected a run of the same parameters' 'disc.run' -- minimise --var u=-2:2 --var v=-2:2 --optimiser cma-c --constraint outside --experience "$dir/disc.run" --out "$dir/m.run" -- $disc
 "$traceur" $minimise --constraint outside --budget 60 --experience "$dir/disc.run" --out "$dir/taught.run" --quiet -- $disc ||
   { echo "minimise --experience: failed"; failures=$((failures + 1)); }
@@ -270,6 +273,7 @@ expect 2 'usable samples' 'at least 10' -- balance fit --method identify --data 
 echo '{}' >"$dir/policy.json"
 expect 2 'policy.json' 'not a policy' -- balance evaluate "$dir/policy.json"
 expect 2 'v.avi' 'expected .mp4' -- balance evaluate "$dir/policy.json" --video "$dir/v.avi"
+expect 2 's.jpg' 'expected .png' -- balance evaluate "$dir/policy.json" --strip "$dir/s.jpg"
 expect 2 'm.pdf' '.png or .svg' -- balance evaluate "$dir/policy.json" --map "$dir/m.pdf"
 expect 2 'policy.json' 'not a policy' -- balance export "$dir/policy.json"
 
