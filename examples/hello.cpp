@@ -18,6 +18,10 @@ int main(int argc, char** argv) {
     const auto cma = optim::findOptimizer("cma-es").make(problem, {.seed = 1});
     const optim::Summary found = optim::minimise(problem, *cma, {.threads = 0, .budget = 48});
 
+    if (!found.progress.best) {
+      std::fprintf(stderr, "%s: no trial gave a cost\n", skill->name.c_str());
+      return 1;
+    }
     const skill::Rollout best = skill::Runner(skill).run(found.progress.best->x, task);
     std::printf("%s: asked %g %s, got %g %s after %d trials\n", skill->name.c_str(), task,
                 skill->task.unit.c_str(), best.achieved, skill->task.unit.c_str(),

@@ -89,7 +89,7 @@ void Restarts::endGeneration() {
     return std::min<double>(kMaxLambda,
                             std::floor(options_.lambda * std::pow(restarts_.growth, k)));
   };
-  // The first descent counts as neither: BIPOP goes on with a large one.
+  // After the first descent a large one, whose trials are counted together with the first's.
   next.small = restarts_.bipop && s_.grown > 0 && next.used[1] < next.used[0];
   if (next.small) {
     Random random(options_.seed, kDescentStream + 1, next.descents);

@@ -22,7 +22,8 @@ struct RestartOptions {
 ///
 ///     λ_s = ⌊λ_0 (λ_l / (2 λ_0))^(U²)⌋,   σ_s = σ_0 10^(-2U'),   U, U' ~ U(0, 1)
 ///
-/// with λ_l of the latest large descent, which ends after half of that one's trials at most.
+/// with λ_l of the latest large descent, which ends after half of that one's trials at most, but
+/// for the last one, after which no large one may follow: it ends by itself.
 ///
 /// Every descent but the first starts uniformly between two bounds, or at x0 + σ₀ scale N(0, 1)
 /// where a variable has not both. A descent whose trials all failed is not followed by another.
