@@ -127,14 +127,15 @@ TEST(Hash, NoticesOrderAndSign) {
 }
 
 TEST(Toml, CollectsAllMistakesWithTheirPlaces) {
-  const TomlValue doc =
-      parseToml("a = \"x\"\nb = [1, 2]\nc = 3\nspedd = 1\ne = nan\nf = [0, -inf]\n", "f.toml");
+  const TomlValue doc = parseToml(
+      "a = \"x\"\nb = [1, 2]\nc = 3\nspedd = 1\ne = nan\nf = [0, -inf]\ng = inf\n", "f.toml");
   Diagnostics d("f.toml");
   const TomlReader r(doc, d);
   r.number("a");
   r.numbers("b", 3);
   EXPECT_EQ(r.number("e", 2), 2);
   r.numbers("f", 2);
+  EXPECT_EQ(r.numberOrInfinity("g"), INFINITY);
   r.string("missing");
   EXPECT_EQ(r.number("c"), 3);
   r.number("speed", 0);
@@ -144,7 +145,7 @@ TEST(Toml, CollectsAllMistakesWithTheirPlaces) {
             "f.toml:1:5: \"a\": expected a finite number, got text\n"
             "f.toml:2:5: \"b\": expected a list of 3 finite numbers\n"
             "f.toml:4:9: \"spedd\": no such key here. Did you mean \"speed\"? Known: a, b, c, "
-            "e, f, missing, speed\n"
+            "e, f, g, missing, speed\n"
             "f.toml:5:5: \"e\": expected a finite number, got nan\n"
             "f.toml:6:5: \"f\": expected a list of 2 finite numbers");
 }

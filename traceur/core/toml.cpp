@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "traceur/core/text.h"
@@ -89,6 +90,12 @@ double TomlReader::number(std::string_view key, double otherwise) const {
   if (v->isNumber() && std::isfinite(v->number())) return v->number();
   fail(key, fmt::format("\"{}\": expected a finite number, got {}", key, got(*v)));
   return otherwise;
+}
+
+double TomlReader::numberOrInfinity(std::string_view key) const {
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const TomlValue* v = find(key);
+  return v && v->isNumber() && v->number() == kInfinity ? kInfinity : number(key);
 }
 
 std::string TomlReader::string(std::string_view key) const {

@@ -44,9 +44,11 @@ class TomlReader {
   TomlReader(const TomlValue& table, Diagnostics& diagnostics);
 
   bool has(std::string_view key) const;
-  /// A finite number: TOML knows nan and inf, but no key of ours has a use for them.
+  /// A finite number.
   double number(std::string_view key) const;
   double number(std::string_view key, double otherwise) const;
+  /// A number that may be inf, for limits: none.
+  double numberOrInfinity(std::string_view key) const;
   std::string string(std::string_view key) const;
   std::string string(std::string_view key, std::string_view otherwise) const;
   bool boolean(std::string_view key, bool otherwise) const;

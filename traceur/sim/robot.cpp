@@ -44,7 +44,8 @@ void forEachJointRow(const TomlReader& reader, const Robot& robot, const Read& r
 
 JointLimit readLimit(const TomlReader& row) {
   const std::vector<double> angle = row.numbers("angle", 2);
-  const JointLimit limit{row.number("torque"), row.number("speed"), angle[0], angle[1]};
+  const JointLimit limit{row.numberOrInfinity("torque"), row.numberOrInfinity("speed"), angle[0],
+                         angle[1]};
   if (!(limit.torque > 0)) row.fail("torque", "\"torque\": expected a positive number [N·m]");
   if (!(limit.speed > 0)) row.fail("speed", "\"speed\": expected a positive number [rad/s]");
   if (!(angle[0] < angle[1])) row.fail("angle", "\"angle\": expected [min, max] with min < max");
@@ -62,7 +63,8 @@ void readUrdfLimits(const std::filesystem::path& file, Robot& robot) {
   for (auto* j = root->FirstChildElement("joint"); j; j = j->NextSiblingElement("joint")) {
     const tinyxml2::XMLElement* limit = j->FirstChildElement("limit");
     const char* name = j->Attribute("name");
-    if (!limit || !name) continue;
+    const char* type = j->Attribute("type");
+    if (!limit || !name || (type && std::string_view(type) == "fixed")) continue;
     JointLimit l{limit->DoubleAttribute("effort"), limit->DoubleAttribute("velocity"),
                  limit->DoubleAttribute("lower"), limit->DoubleAttribute("upper")};
     if (!(l.torque > 0)) l.torque = kNone;

@@ -619,11 +619,14 @@ TEST(Model, UrdfFloatsAndKeepsItsLimits) {
       <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
     <link name="arm"><inertial><origin xyz="0 0 -0.1"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
     <joint name="swing" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
-      <limit lower="-1" upper="2" effort="7" velocity="3"/></joint></robot>)";
+      <limit lower="-1" upper="2" effort="7" velocity="3"/></joint>
+    <link name="tip"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="weld" type="fixed"><parent link="arm"/><child link="tip"/>
+      <limit effort="7" velocity="3"/></joint></robot>)";
   const auto robot = std::make_shared<const Robot>(Robot::fromFile(path));
   const auto model = Model::fromScene({.robot = robot});
   EXPECT_EQ(model->rootDofs(), 6);
-  EXPECT_NEAR(model->mass(), 3, 1e-12);
+  EXPECT_NEAR(model->mass(), 4, 1e-12);
   ASSERT_EQ(model->joints().size(), 1u);
   EXPECT_EQ(model->nu(), 1);
   const JointLimit& limit = model->joint("swing").limit;

@@ -297,14 +297,14 @@ class SkillReader {
   }
 
   void readController(const TomlReader& c) {
-    const auto optional = [&](const char* key) -> std::optional<double> {
+    const auto optional = [&](const char* key, bool limit) -> std::optional<double> {
       if (!c.has(key)) return std::nullopt;
-      const double x = c.number(key);
+      const double x = limit ? c.numberOrInfinity(key) : c.number(key);
       if (!(x >= 0)) c.fail(key, fmt::format("\"{}\": expected a number >= 0", key));
       return x;
     };
-    skill_.controller = {optional("kp"), optional("kd"), optional("torque_limit"),
-                         optional("speed_limit")};
+    skill_.controller = {optional("kp", false), optional("kd", false),
+                         optional("torque_limit", true), optional("speed_limit", true)};
     c.finish();
   }
 

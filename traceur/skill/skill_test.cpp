@@ -172,6 +172,11 @@ TEST(SkillFile, RefusesWhatCannotBeRun) {
       mistakes(replaced(text, "\"bioloid-gp\"", "\"bioloid\"")).find("Did you mean \"bioloid-gp\""),
       std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "[-1, 1]", "[nan, 1]")).find("finite"), std::string::npos);
+  const auto with = [&](const std::string& controller) {
+    return mistakes(replaced(text, "[parameters]", "[controller]\n" + controller + "[parameters]"));
+  };
+  EXPECT_EQ(with("torque_limit = inf\n"), "accepted");
+  EXPECT_NE(with("kp = inf\n").find("finite"), std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "horizon = 0.2", "horizon = -1")).find("(0, 600]"),
             std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "default = 0.1", "default = 7")).find("min <= default"),
