@@ -239,7 +239,9 @@ int exportRun(const Arguments& a) {
                s.name);
   }
   if (r.failed()) fmt::print(stderr, "traceur: in simulation it fails: {}\n", r.ended);
-  if (!t.achieved.empty() && !r.failed() && !within) {
+  if (!t.achieved.empty() && !r.failed() && std::isnan(r.achieved)) {
+    fmt::print(stderr, "traceur: in simulation nothing was there to measure what it achieves\n");
+  } else if (!t.achieved.empty() && !r.failed() && !within) {
     fmt::print(stderr,
                "traceur: in simulation it achieves {:.4g} {} for {:g} {}: not within the tolerance "
                "of {:g} {}\n",

@@ -80,6 +80,10 @@ void requireSameOptions(const RunFile& run, const RunFile::Meta& asked) {
           fmt::format("{}: budget {} is less than the {} it began with", where, value, stored));
     }
     if (key == "skill_file") continue;  // the text counts, wherever it lies
+    if (key == "tasks" && !stored.empty() && !value.empty() &&
+        tasksText(toTasks(stored, where + ": tasks")) == value) {
+      continue;  // however the person wrote them
+    }
     const bool is_text = key == "skill_text" || key == "model";
     throw InputError(
         fmt::format("{}: cannot be resumed with another {}{}", where, key,
@@ -114,9 +118,11 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
   if (const auto state = run.state()) {
     try {
       optimiser.restore(*state);
-    } catch (const InputError& e) {  // the person's options are the same: it is the program's
-      throw InputError(fmt::format("{}: cannot be resumed: it was made by another version: {}",
-                                   run.path().string(), e.what()));
+    } catch (const InputError& e) {  // the person's options are the same
+      const bool taught = !run.meta("experience").value_or("").empty();
+      throw InputError(fmt::format(
+          "{}: cannot be resumed: {}it was made by another version: {}", run.path().string(),
+          taught ? "the run given as --experience has changed since, or " : "", e.what()));
     }
   }
   ProgressLine line(o.title, o.budget, start.evaluations, o.quiet);

@@ -179,7 +179,7 @@ expect 1 'none.csv' -- reproduce table-7 --no-run --out "$dir/none.csv"
 echo 'x,y' >"$dir/foreign.csv"
 expect 2 'foreign.csv:1' -- reproduce table-7 --no-run --out "$dir/foreign.csv"
 printf 'a note' >"$dir/note.txt"
-expect 2 'note.txt' 'a note' -- reproduce table-7 --seeds 1 --quiet --out "$dir/note.txt"
+expect 2 'note.txt:1' 'a note' -- reproduce table-7 --seeds 1 --quiet --out "$dir/note.txt"
 [ "$(cat "$dir/note.txt")" = 'a note' ] || { echo "reproduce: a foreign file is gone"; failures=$((failures + 1)); }
 expect 2 '--no-run' 'drawn anew' -- reproduce figure-28 --no-run
 

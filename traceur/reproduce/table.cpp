@@ -88,6 +88,7 @@ Results Results::read(const Table& table, const std::filesystem::path& file) {
       const std::string whole_title = title(table);
       const size_t common = std::min(text.size() - from, whole_title.size());
       if (number == 0 && text.compare(0, common, whole_title, 0, common) != 0) {
+        number = 1;
         fail(fmt::format("expected \"{}\", got \"{}\"", whole_title, text.substr(0, 80)));
       }
       break;
