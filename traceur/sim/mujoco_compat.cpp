@@ -21,6 +21,13 @@ std::mutex& parserMutex() {
   return mutex;
 }
 
+// Structures of another version have other layouts.
+void requireOurMujoco() {
+  if (mj_version() == mjVERSION_HEADER) return;
+  throw SystemError("MuJoCo " + std::string(mj_versionString()) + " is loaded, expected version " +
+                    std::to_string(mjVERSION_HEADER) + ", with which Traceur was built");
+}
+
 mjModel* load(const std::string& text, std::string& error) {
   requireOurMujoco();
   quietMujoco();
@@ -41,12 +48,6 @@ mjModel* load(const std::string& text, std::string& error) {
 }
 
 }  // namespace
-
-void requireOurMujoco() {
-  if (mj_version() == mjVERSION_HEADER) return;
-  throw SystemError("MuJoCo " + std::string(mj_versionString()) + " is loaded, expected version " +
-                    std::to_string(mjVERSION_HEADER) + ", with which Traceur was built");
-}
 
 mjModel* loadXmlText(const std::string& text, std::string& error) {
   const std::lock_guard lock(parserMutex());

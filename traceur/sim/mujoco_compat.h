@@ -9,6 +9,7 @@ namespace traceur::sim {
 
 /// Compiles an MJCF or URDF text.
 /// @return null on failure, with MuJoCo's words in error
+/// @throws SystemError where the engine is not of the version Traceur was compiled with
 mjModel* loadXmlText(const std::string& text, std::string& error);
 
 /// Compiles a URDF text and writes it back as MJCF.
@@ -28,11 +29,6 @@ bool isDirectional(const Light& light) {
     return light.type == 1;
   }
 }
-
-/// Refuses an engine that is not of the headers Traceur was compiled with: its structures have
-/// other layouts.
-/// @throws SystemError naming both versions
-void requireOurMujoco();
 
 /// Sends MuJoCo's warnings nowhere (by default it appends to MUJOCO_LOG.TXT in the working
 /// directory); divergence is read from mjData's counters instead. Called before any model exists.
