@@ -190,11 +190,6 @@ int learn(const Arguments& arguments) {
   if (!family && !o.curve.empty()) throw InputError("--curve is for a family: expected --tasks");
   if (family && o.curve.empty()) o.curve = "linear";
   if (o.optimiser.empty()) o.optimiser = family ? "contextual" : "cma-es";
-  if (!o.experience.empty() && o.optimiser != "cma-c") {
-    throw InputError(
-        fmt::format("--experience: cma-c alone learns from it: expected --optimiser cma-c, got {}",
-                    o.optimiser));
-  }
   if (o.population < 0) o.population = family ? 0 : kPopulation;
   if (family) return learnFamily(a, skill, interrupt);
   o.task = a.task.value_or(skill->task.initial);
@@ -202,16 +197,16 @@ int learn(const Arguments& arguments) {
   const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
   const skill::SkillProblem problem(skill, o.task);
   const RunFile::Meta meta = toMeta(o, *skill);
-  const auto optimiser =
-      optim::findOptimizer(o.optimiser)
-          .make(problem, {.seed = o.seed,
-                          .lambda = o.population,
-                          .sigma = o.step_size,
-                          .x0 = skill->initialParameters(),
-                          // A skill's cost says itself what a failure costs.
-                          .feasible_first = false,
-                          .experience = experienceOf(o.experience, meta.at("parameters"),
-                                                     problem.constraints())});
+  const auto optimiser = optim::findOptimizer(o.optimiser)
+                             .make(problem, {.seed = o.seed,
+                                             .lambda = o.population,
+                                             .sigma = o.step_size,
+                                             .x0 = skill->initialParameters(),
+                                             // A skill's cost says itself what a failure costs.
+                                             .feasible_first = false,
+                                             .experience = experienceOf(o.experience, o.optimiser,
+                                                                        meta.at("parameters"),
+                                                                        problem.constraints())});
   RunFile run = openRun(out, meta, a.resume);
   const optim::Summary summary =
       search(run, problem, *optimiser,

@@ -125,12 +125,13 @@ std::unique_ptr<optim::Optimizer> makeOptimiser(const Arguments& a, const Extern
                .x0 = x0});
   }
   return optim::findOptimizer(a.optimiser)
-      .make(problem, {.seed = a.seed,
-                      .lambda = a.population,
-                      .sigma = a.step_size,
-                      .x0 = x0,
-                      .experience = experienceOf(a.experience, toMeta(a, f).at("parameters"),
-                                                 problem.constraints())});
+      .make(problem,
+            {.seed = a.seed,
+             .lambda = a.population,
+             .sigma = a.step_size,
+             .x0 = x0,
+             .experience = experienceOf(a.experience, a.optimiser, toMeta(a, f).at("parameters"),
+                                        problem.constraints())});
 }
 
 nlohmann::ordered_json toJson(const ExternalFunction& f, const Eigen::VectorXd& x) {
@@ -200,11 +201,6 @@ int minimise(const Arguments& arguments) {
     throw InputError("--experience: families do not learn from violated constraints");
   }
   if (a.optimiser.empty()) a.optimiser = function.tasks.size() > 0 ? "contextual" : "cma-c";
-  if (!a.experience.empty() && a.optimiser != "cma-c") {
-    throw InputError(
-        fmt::format("--experience: cma-c alone learns from it: expected --optimiser cma-c, got {}",
-                    a.optimiser));
-  }
   if (function.tasks.size() == 0 && !a.curve.empty()) {
     throw InputError("--curve is for a family: expected --tasks");
   }

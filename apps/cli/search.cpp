@@ -186,10 +186,15 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
   return p;
 }
 
-std::vector<optim::Trial> experienceOf(const std::string& file, const std::string& parameters,
+std::vector<optim::Trial> experienceOf(const std::string& file, const std::string& optimiser,
+                                       const std::string& parameters,
                                        const std::vector<std::string>& constraints) {
   std::vector<optim::Trial> trials;
   if (file.empty()) return trials;
+  if (optimiser != "cma-c") {
+    throw InputError(fmt::format(
+        "--experience: cma-c alone learns from it: expected --optimiser cma-c, got {}", optimiser));
+  }
   const RunFile run = RunFile::open(file, false);
   if (const std::string theirs = required(run, "parameters"); theirs != parameters) {
     throw InputError(fmt::format("{}: expected a run of the same parameters, {}, got one of {}",

@@ -40,11 +40,14 @@ optim::Progress progressOf(const RunFile& run, const std::vector<std::string>& c
 
 /// The trials of an earlier run, to learn from where constraints are violated.
 /// @param file         "" for none
+/// @param optimiser    of the search at hand
 /// @param parameters   of the search at hand, as its run file names them
 /// @param constraints  its constraints. What is learnt from are those at the front that the earlier
 ///                     run knew by the same name; new ones come after
-/// @throws InputError for a file that is no run, or one with other variables or constraints
-std::vector<optim::Trial> experienceOf(const std::string& file, const std::string& parameters,
+/// @throws InputError for an optimiser that does not learn from it, a file that is no run, or one
+/// with other variables or constraints
+std::vector<optim::Trial> experienceOf(const std::string& file, const std::string& optimiser,
+                                       const std::string& parameters,
                                        const std::vector<std::string>& constraints);
 
 /// A value stored in meta.
