@@ -14,6 +14,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/utf8.h"
 
 namespace traceur {
 namespace {
@@ -131,6 +132,11 @@ struct RunFile::Impl {
     throw SystemError(message);
   }
 
+  /// The file is a run by its mark, but not as we write one.
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw InputError(fmt::format("{}: not a run file of this version: {}", file.string(), what));
+  }
+
   void execute(const char* sql, const std::string& what) const {
     if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail(what);
   }
@@ -138,11 +144,17 @@ struct RunFile::Impl {
 
 namespace {
 
-/// A prepared statement; columns and parameters count from 1 when bound, from 0 when read.
+/// Trials and generations are counted up to here; what says more was not counted [ours].
+constexpr sqlite3_int64 kMostCount = 1'000'000'000;
+
+/// A prepared statement; columns and parameters count from 1 when bound, from 0 when read. SQLite
+/// keeps a value of any type in any column: of another than ours, InputError.
 class Statement {
  public:
   template <class Impl>
-  Statement(const Impl& impl, const char* sql) : fail_([&impl] { impl.fail("cannot be used"); }) {
+  Statement(const Impl& impl, const char* sql)
+      : fail_([&impl] { impl.fail("cannot be used"); }),
+        refuse_([&impl](const std::string& what) { impl.refuse(what); }) {
     if (sqlite3_prepare_v2(impl.db, sql, -1, &statement_, nullptr) != SQLITE_OK) fail_();
   }
   ~Statement() { sqlite3_finalize(statement_); }
@@ -176,24 +188,86 @@ class Statement {
     step();
     sqlite3_reset(statement_);
   }
-  std::string bytes(int i) const {
-    const int n = sqlite3_column_bytes(statement_, i);
-    const void* p = sqlite3_column_blob(statement_, i);
-    return p ? std::string(static_cast<const char*>(p), n) : std::string();
+  std::string text(int i) const {
+    require(i, SQLITE_TEXT, "text");
+    std::string text = bytes(i);
+    if (!isUtf8(text)) refuse_(name(i) + ": expected UTF-8");
+    return text;
   }
-  double real(int i) const { return sqlite3_column_double(statement_, i); }
-  int integer(int i) const { return sqlite3_column_int(statement_, i); }
-  bool isNull(int i) const { return sqlite3_column_type(statement_, i) == SQLITE_NULL; }
+  std::string blob(int i) const {
+    require(i, SQLITE_BLOB, "bytes");
+    return bytes(i);
+  }
+  /// NaN is kept as NULL.
+  double real(int i) const {
+    const int type = sqlite3_column_type(statement_, i);
+    if (type == SQLITE_NULL) return std::numeric_limits<double>::quiet_NaN();
+    if (type != SQLITE_INTEGER) require(i, SQLITE_FLOAT, "a number");
+    return sqlite3_column_double(statement_, i);
+  }
+  int count(int i) const {
+    require(i, SQLITE_INTEGER, "a whole number");
+    const sqlite3_int64 n = sqlite3_column_int64(statement_, i);
+    if (n < 0 || n > kMostCount) {
+      refuse_(fmt::format("{}: expected 0 to {}, got {}", name(i), kMostCount, n));
+    }
+    return static_cast<int>(n);
+  }
+  /// What a PRAGMA answers, whatever it is.
+  std::string answer() { return step() ? bytes(0) : std::string(); }
 
  private:
+  std::string name(int i) const { return sqlite3_column_name(statement_, i); }
+  void require(int i, int type, const char* what) const {
+    if (sqlite3_column_type(statement_, i) != type) {
+      refuse_(fmt::format("{}: expected {}", name(i), what));
+    }
+  }
+  std::string bytes(int i) const {
+    const void* p = sqlite3_column_blob(statement_, i);
+    const int n = sqlite3_column_bytes(statement_, i);
+    return p ? std::string(static_cast<const char*>(p), n) : std::string();
+  }
+
   std::function<void()> fail_;
+  std::function<void(const std::string&)> refuse_;
   sqlite3_stmt* statement_ = nullptr;
 };
 
 void putMeta(const auto& impl, const RunFile::Meta& meta) {
   Statement insert(
       impl, "INSERT INTO meta VALUES(?, ?) ON CONFLICT DO UPDATE SET value = excluded.value");
-  for (const auto& [key, value] : meta) insert.bind(1, key).bind(2, value).run();
+  for (const auto& [key, value] : meta) {
+    if (!isUtf8(value)) throw InputError(fmt::format("{}: expected UTF-8 text", key));
+    insert.bind(1, key).bind(2, value).run();
+  }
+}
+
+/// Every table, index, view and trigger of a database, as it was declared.
+std::vector<std::string> declarationsOf(sqlite3* db) {
+  std::vector<std::string> all;
+  const auto keep = [](void* list, int, char** values, char**) {
+    std::string row;
+    for (int i = 0; i < 3; ++i) row += fmt::format("{} ", values[i] ? values[i] : "");
+    static_cast<std::vector<std::string>*>(list)->push_back(row);
+    return 0;
+  };
+  sqlite3_exec(db, "SELECT type, name, sql FROM sqlite_schema ORDER BY type, name", keep, &all,
+               nullptr);
+  return all;
+}
+
+/// A view or a trigger could compute for ever, a column could be another's.
+bool isOurSchema(sqlite3* db) {
+  static const std::vector<std::string> kOurs = [] {
+    sqlite3* empty = nullptr;
+    sqlite3_open(":memory:", &empty);
+    sqlite3_exec(empty, kSchema, nullptr, nullptr, nullptr);
+    std::vector<std::string> all = declarationsOf(empty);
+    sqlite3_close(empty);
+    return all;
+  }();
+  return declarationsOf(db) == kOurs;
 }
 
 /// Commits when done() was called, otherwise takes everything back.
@@ -262,7 +336,7 @@ RunFile RunFile::open(const std::filesystem::path& file, bool to_write) {
   if (!to_write) impl->takeBackWhatWasCutOff();
   const auto pragma = [&](const char* name) {
     Statement s(*impl, fmt::format("PRAGMA {}", name).c_str());
-    return s.step() ? s.bytes(0) : std::string();
+    return s.answer();
   };
   if (pragma("page_count") == "0") {
     throw InputError(fmt::format("{}: empty: it was cut off before it began", file.string()));
@@ -274,6 +348,7 @@ RunFile RunFile::open(const std::filesystem::path& file, bool to_write) {
     throw InputError(fmt::format("{}: run file version {}, this program reads up to {}",
                                  file.string(), version, kVersion));
   }
+  if (!isOurSchema(impl->db)) impl->refuse("its tables are not those of a run");
   if (const std::string verdict = pragma("quick_check(1)"); verdict != "ok") {
     throw InputError(fmt::format("{}: damaged: {} (left as it is)", file.string(), verdict));
   }
@@ -284,7 +359,7 @@ std::optional<std::string> RunFile::meta(const std::string& key) const {
   Statement s(*impl_, "SELECT value FROM meta WHERE key = ?");
   s.bind(1, key);
   if (!s.step()) return std::nullopt;
-  return s.bytes(0);
+  return s.text(0);
 }
 
 void RunFile::setMeta(const Meta& meta) {
@@ -337,7 +412,7 @@ bool RunFile::neverBegan(const std::filesystem::path& file) {
   }
   impl.openDatabase(true);
   Statement pages(impl, "PRAGMA page_count");
-  return pages.step() && pages.integer(0) == 0;
+  return pages.answer() == "0";
 }
 
 std::vector<TrialRow> RunFile::trials() const {
@@ -346,11 +421,14 @@ std::vector<TrialRow> RunFile::trials() const {
               "SELECT generation, number, cost, failed, violated, x FROM trial "
               "ORDER BY generation, number");
   while (s.step()) {
-    TrialRow row{s.integer(0), s.integer(1), s.real(2), s.integer(3) != 0, s.bytes(4), {}};
-    if (s.isNull(2)) row.cost = std::numeric_limits<double>::quiet_NaN();  // how SQLite keeps NaN
-    const std::string x = s.bytes(5);
+    TrialRow row{s.count(0), s.count(1), s.real(2), s.count(3) != 0, s.text(4), {}};
+    const std::string x = s.blob(5);
     row.x.resize(x.size() / sizeof(double));
-    std::memcpy(row.x.data(), x.data(), row.x.size() * sizeof(double));
+    if (x.size() % sizeof(double) != 0 || (!rows.empty() && row.x.size() != rows[0].x.size())) {
+      impl_->refuse(fmt::format("x: {} bytes in trial {} of generation {}, of other parameters",
+                                x.size(), row.number, row.generation));
+    }
+    std::memcpy(row.x.data(), x.data(), x.size());
     rows.push_back(std::move(row));
   }
   return rows;
@@ -359,7 +437,7 @@ std::vector<TrialRow> RunFile::trials() const {
 std::optional<std::string> RunFile::state() const {
   Statement s(*impl_, "SELECT state FROM resume");
   if (!s.step()) return std::nullopt;
-  return s.bytes(0);
+  return s.blob(0);
 }
 
 void RunFile::putRecording(const std::string& name, std::string_view bytes) {
@@ -371,7 +449,7 @@ std::optional<std::string> RunFile::recording(const std::string& name) const {
   Statement s(*impl_, "SELECT bytes FROM recording WHERE name = ?");
   s.bind(1, name);
   if (!s.step()) return std::nullopt;
-  return s.bytes(0);
+  return s.blob(0);
 }
 
 const std::filesystem::path& RunFile::path() const {

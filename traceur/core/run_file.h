@@ -30,7 +30,9 @@ struct TrialRow {
 ///     recording(name TEXT PRIMARY KEY, bytes)          sim::Recording::encode()
 ///
 /// A generation's trials, the optimiser's state and the progress in meta change in one transaction.
-/// While a run is open to be written, FILE-lock beside it keeps other writers out.
+/// Meta values are UTF-8. All that read or write throw InputError for other text, and for values of
+/// types that are not these. While a run is open to be written, FILE-lock beside it keeps other
+/// writers out.
 class RunFile {
  public:
   static constexpr int kVersion = 1;
@@ -40,9 +42,10 @@ class RunFile {
   /// @throws InputError when the file exists, empty or not; SystemError when it cannot be written
   static RunFile create(const std::filesystem::path& file, const Meta& meta);
   /// An existing file, to read or to go on with.
-  /// @throws InputError: missing, empty, not a run, made by a newer version, damaged, or to be
-  /// written while another process writes it. Never changes it, but for a transaction that a killed
-  /// process left half written, which is taken back; where that is not allowed, InputError, too.
+  /// @throws InputError: missing, empty, not a run, made by a newer version, damaged, of tables
+  /// that are not these, or to be written while another process writes it. Never changes it, but
+  /// for a transaction that a killed process left half written, which is taken back; where that is
+  /// not allowed, InputError, too.
   static RunFile open(const std::filesystem::path& file, bool to_write);
   /// Whether a file is empty, or is once what was left half written is taken back, which this does:
   /// the process that made it was killed before there was a run in it.

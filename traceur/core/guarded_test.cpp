@@ -1,0 +1,80 @@
+#include "traceur/core/guarded.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+
+#include "traceur/core/error.h"
+
+namespace traceur {
+namespace {
+
+std::string refusal(const std::function<std::string()>& work, const GuardLimits& limits = {}) {
+  try {
+    guarded("file", work, limits);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Guarded, BringsBackWhatTheWorkReturnsAndNothingElse) {
+  int here = 1;
+  const std::string large(1'000'000, 'x');
+  EXPECT_EQ(guarded("file",
+                    [&] {
+                      here = 2;
+                      return large;
+                    }),
+            large);
+  EXPECT_EQ(here, 1);
+  EXPECT_EQ(guarded("file", [] { return std::string(); }), "");
+}
+
+TEST(Guarded, ErrorsOfTheWorkAreThoseOfTheCaller) {
+  EXPECT_EQ(refusal([]() -> std::string { throw InputError("line 3: wrong"); }), "line 3: wrong");
+  EXPECT_EQ(refusal([]() -> std::string { failGuarded("the engine's words"); }),
+            "the engine's words");
+  EXPECT_THROW(guarded("file", []() -> std::string { throw SystemError("no disk"); }), SystemError);
+}
+
+TEST(Guarded, ACrashIsARefusal) {
+  const std::string words = refusal([]() -> std::string {
+    std::signal(SIGSEGV, SIG_DFL);  // a sanitizer's own handler would tell a story
+    raise(SIGSEGV);
+    return "";
+  });
+  EXPECT_TRUE(words.starts_with("file: crashes")) << words;
+  EXPECT_TRUE(refusal([]() -> std::string { _exit(7); }).starts_with("file: ends")) << words;
+}
+
+TEST(Guarded, WorkWithoutEndIsARefusal) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::string words = refusal(
+      [] {
+        std::atomic<unsigned> steps = 0;
+        while (++steps > 0 || steps == 0) {
+        }
+        return std::string();
+      },
+      {.seconds = 1});
+  EXPECT_EQ(words, "file: takes more than 1 s to make ready");
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(15));
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(Guarded, HungerForMemoryIsARefusal) {
+  const std::string words =
+      refusal([] { return std::string(200'000'000, 'x'); }, {.memory = 100'000'000});
+  EXPECT_EQ(words, "file: needs more than 100 MB of memory");
+  EXPECT_EQ(guarded("file", [] { return std::string(std::string(50'000'000, 'x'), 0, 1); },
+                    {.memory = 100'000'000}),
+            "x");
+}
+#endif
+
+}  // namespace
+}  // namespace traceur
