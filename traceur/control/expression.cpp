@@ -13,6 +13,8 @@ namespace {
 constexpr const char* kNameChars =
     "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
+constexpr size_t kLongest = 10'000;  // characters [ours]
+
 /// What `read` gives; muParser's complaint about the text, which is no std::exception, as ours.
 template <typename Read>
 auto reading(const std::string& text, Read read) {
@@ -33,6 +35,10 @@ struct Expression::Parser {
   mu::Parser parser;
 
   explicit Parser(const std::string& text) {
+    if (text.size() > kLongest) {
+      throw InputError(fmt::format("an expression of {} characters: expected at most {}",
+                                   text.size(), kLongest));
+    }
     // muParser's assignment would let a mistyped comparison change a value.
     for (size_t i = 0; i < text.size(); ++i) {
       if (text[i] != '=') continue;

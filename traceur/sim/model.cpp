@@ -80,17 +80,26 @@ bool sameBodies(const mjModel& a, const mjModel& b) {
 /// Compiles what matters to physics. Geoms that cannot touch anything took a quarter of a step of a
 /// robot with 52 of them, in kinematics and in the search for contacts; they stay only where they
 /// decide a body's mass, which MuJoCo 2.2 forgets with them.
-mjModel* loadPhysics(const std::string& mjcf, std::string& error) {
-  mjModel* whole = loadXmlText(mjcf, error);
+ModelPointer loadPhysics(const std::string& mjcf, std::string& error) {
+  ModelPointer whole(loadXmlText(mjcf, error), mj_deleteModel);
   const size_t end = mjcf.rfind("</mujoco>");
   if (!whole || end == std::string::npos) return whole;
   std::string text = mjcf;
   text.insert(end, R"(<compiler discardvisual="true"/>)");
   std::string ignored;
-  mjModel* lean = loadXmlText(text, ignored);
-  const bool use = lean && sameBodies(*whole, *lean);
-  mj_deleteModel(use ? whole : lean);
-  return use ? lean : whole;
+  ModelPointer lean(loadXmlText(text, ignored), mj_deleteModel);
+  return lean && sameBodies(*whole, *lean) ? std::move(lean) : std::move(whole);
+}
+
+/// The model's bytes; a world of it can be made and put into its first state.
+std::string compiledPhysics(const std::string& mjcf, const std::string& file) {
+  std::string error;
+  const ModelPointer model = loadPhysics(mjcf, error);
+  if (!model) throw InputError(fmt::format("{}: {}", file, error));
+  mjData* data = mj_makeData(model.get());
+  mj_forward(model.get(), data);
+  mj_deleteData(data);
+  return toBytes(*model);
 }
 
 }  // namespace
@@ -99,13 +108,16 @@ std::string engineVersion() {
   return std::string("MuJoCo ") + mj_versionString();
 }
 
-Model::Model(std::string mjcf, std::shared_ptr<const Robot> robot)
-    : mjcf_(std::move(mjcf)), robot_(std::move(robot)) {
-  std::string error;
-  model_ = loadPhysics(mjcf_, error);
-  if (!model_) {
-    throw InputError(fmt::format("{}: {}", robot_ ? robot_->file.string() : "scene", error));
-  }
+Model::Model(const std::function<std::string()>& make, std::shared_ptr<const Robot> robot)
+    : robot_(std::move(robot)) {
+  const std::string file = robot_ ? robot_->file.string() : "scene";
+  const std::string both = compiledApart(file, [&] {
+    const std::string mjcf = make();
+    return fmt::format("{} ", mjcf.size()) + mjcf + compiledPhysics(mjcf, file);
+  });
+  const size_t begin = both.find(' ') + 1;
+  mjcf_ = both.substr(begin, std::stoul(both));
+  model_ = toModel(std::string_view(both).substr(begin + mjcf_.size())).release();
   const mjModel* m = model_;
   // The robot comes first in the document, so its root is the first body that floats; a robot
   // bolted to the world has the first body as root. Props without a robot stand in for one.
@@ -158,7 +170,7 @@ Model::~Model() {
 }
 
 std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
-  std::shared_ptr<const Model> model(new Model(composeMjcf(scene), scene.robot));
+  std::shared_ptr<const Model> model(new Model([&] { return composeMjcf(scene); }, scene.robot));
   if (const Robot* robot = scene.robot.get()) {
     // Every name of the TOML must mean something in the model.
     Diagnostics diagnostics((robot->toml.empty() ? robot->file : robot->toml).string());
@@ -188,7 +200,7 @@ std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
 }
 
 std::shared_ptr<const Model> Model::fromMjcf(const std::string& text) {
-  return std::shared_ptr<const Model>(new Model(text, nullptr));
+  return std::shared_ptr<const Model>(new Model([&] { return text; }, nullptr));
 }
 
 int Model::nq() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -46,7 +47,8 @@ struct State {
 /// that any number of worlds on any threads can share one.
 class Model {
  public:
-  /// @throws InputError: what MuJoCo or we found wrong, with the file
+  /// @throws InputError: what MuJoCo or we found wrong, with the file; a file that crashes MuJoCo,
+  /// or takes it more than 4 s or 1 GB, too
   static std::shared_ptr<const Model> fromScene(const Scene& scene);
   /// An MJCF text as it is.
   static std::shared_ptr<const Model> fromMjcf(const std::string& text);
@@ -102,7 +104,8 @@ class Model {
   const mjModel_* raw() const { return model_; }
 
  private:
-  Model(std::string mjcf, std::shared_ptr<const Robot> robot);
+  /// @param make  gives the MJCF
+  Model(const std::function<std::string()>& make, std::shared_ptr<const Robot> robot);
 
   std::string mjcf_;
   std::shared_ptr<const Robot> robot_;

@@ -1,14 +1,15 @@
 #include "traceur/sim/mujoco_compat.h"
 
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <mutex>
-#include <random>
-#include <sstream>
 
 #include "traceur/core/error.h"
+#include "traceur/core/guarded.h"
+#include "traceur/core/toml.h"
 
 namespace traceur::sim {
 namespace {
@@ -21,6 +22,8 @@ std::mutex& parserMutex() {
   return mutex;
 }
 
+bool alone = false;  // in a process of its own: nobody else parses
+
 // Structures of another version have other layouts.
 void requireOurMujoco() {
   if (mj_version() == mjVERSION_HEADER) return;
@@ -28,49 +31,91 @@ void requireOurMujoco() {
                     std::to_string(mjVERSION_HEADER) + ", with which Traceur was built");
 }
 
+/// One file in memory, for the engine to read.
+class MemoryFile {
+ public:
+  MemoryFile(const char* name, std::string_view bytes) : vfs_(std::make_unique<mjVFS>()) {
+    mj_defaultVFS(vfs_.get());
+    const int size = static_cast<int>(bytes.size());
+#if mjVERSION_HEADER < 300
+    mj_makeEmptyFileVFS(vfs_.get(), name, size);
+    std::memcpy(vfs_->filedata[mj_findFileVFS(vfs_.get(), name)], bytes.data(), bytes.size());
+#else
+    mj_addBufferVFS(vfs_.get(), name, bytes.data(), size);
+#endif
+  }
+  ~MemoryFile() {
+    mj_deleteVFS(vfs_.get());
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  const mjVFS* get() const {
+    return vfs_.get();
+  }
+
+ private:
+  std::unique_ptr<mjVFS> vfs_;
+};
+
 mjModel* load(const std::string& text, std::string& error) {
   requireOurMujoco();
   quietMujoco();
-  auto vfs = std::make_unique<mjVFS>();
-  mj_defaultVFS(vfs.get());
-#if mjVERSION_HEADER < 300
-  mj_makeEmptyFileVFS(vfs.get(), kName, static_cast<int>(text.size()));
-  // NOLINTNEXTLINE(bugprone-not-null-terminated-result): a file of that size
-  std::memcpy(vfs->filedata[mj_findFileVFS(vfs.get(), kName)], text.data(), text.size());
-#else
-  mj_addBufferVFS(vfs.get(), kName, text.data(), static_cast<int>(text.size()));
-#endif
+  const MemoryFile file(kName, text);
   char message[1024] = "";
-  mjModel* model = mj_loadXML(kName, vfs.get(), message, sizeof message);
-  mj_deleteVFS(vfs.get());
+  mjModel* model = mj_loadXML(kName, file.get(), message, sizeof message);
   error = message;
   return model;
+}
+
+std::unique_lock<std::mutex> parserLock() {
+  return alone ? std::unique_lock<std::mutex>() : std::unique_lock(parserMutex());
 }
 
 }  // namespace
 
 mjModel* loadXmlText(const std::string& text, std::string& error) {
-  const std::lock_guard lock(parserMutex());
+  const auto lock = parserLock();
   return load(text, error);
 }
 
-std::string urdfToMjcf(const std::string& urdf, std::string& error) {
+std::string compiledApart(std::string_view what, const std::function<std::string()>& work) {
   const std::lock_guard lock(parserMutex());
-  mjModel* model = load(urdf, error);
+  return guarded(what, [&] {
+    alone = true;
+    return work();
+  });
+}
+
+std::string toBytes(const mjModel& model) {
+  std::string bytes(mj_sizeModel(&model), '\0');
+  mj_saveModel(&model, nullptr, bytes.data(), static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+ModelPointer toModel(std::string_view bytes) {
+  static constexpr const char* kBinary = "scene.mjb";
+  requireOurMujoco();
+  quietMujoco();
+  const MemoryFile file(kBinary, bytes);
+  return {mj_loadModel(kBinary, file.get()), mj_deleteModel};
+}
+
+std::string urdfToMjcf(const std::string& urdf, std::string& error) {
+  const auto lock = parserLock();
+  const ModelPointer model(load(urdf, error), mj_deleteModel);
   if (!model) return {};
   // MuJoCo writes to files only.
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("traceur-" + std::to_string(std::random_device{}()) + ".xml");
+  const int memory = memfd_create("mjcf", MFD_CLOEXEC);
+  const std::string path = "/proc/self/fd/" + std::to_string(memory);
   char message[1024] = "";
-  const int saved = mj_saveLastXML(path.c_str(), model, message, sizeof message);
-  mj_deleteModel(model);
-  std::ifstream in(path);
-  std::ostringstream text;
-  text << in.rdbuf();
-  std::error_code ignored;
-  std::filesystem::remove(path, ignored);
-  if (!saved) error = message;
-  return saved ? std::move(text).str() : std::string();
+  std::string mjcf;
+  if (mj_saveLastXML(path.c_str(), model.get(), message, sizeof message) != 0) {
+    mjcf = readFile(path);
+  } else {
+    error = message;
+  }
+  close(memory);
+  return mjcf;
 }
 
 std::string sizeAttributes([[maybe_unused]] int contacts, [[maybe_unused]] int rows) {
@@ -87,6 +132,7 @@ std::string sizeAttributes([[maybe_unused]] int contacts, [[maybe_unused]] int r
 void quietMujoco() {
   static const bool kDone = [] {
     mju_user_warning = [](const char*) {};
+    mju_user_error = failGuarded;
     return true;
   }();
   (void)kDone;

@@ -3,9 +3,23 @@
 
 #include <mujoco/mujoco.h>
 
+#include <functional>
+#include <memory>
 #include <string>
+#include <string_view>
 
 namespace traceur::sim {
+
+using ModelPointer = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
+
+/// Does work that compiles in a process of its own (core/guarded.h): files from strangers can crash
+/// the engine, and can ask for more time or memory than there is.
+/// @param what  begins the message: the robot's file
+std::string compiledApart(std::string_view what, const std::function<std::string()>& work);
+
+/// A compiled model as bytes of this engine's version on this machine, and back.
+std::string toBytes(const mjModel& model);
+ModelPointer toModel(std::string_view bytes);
 
 /// Compiles an MJCF or URDF text.
 /// @return null on failure, with MuJoCo's words in error
@@ -31,7 +45,8 @@ bool isDirectional(const Light& light) {
 }
 
 /// Sends MuJoCo's warnings nowhere (by default it appends to MUJOCO_LOG.TXT in the working
-/// directory); divergence is read from mjData's counters instead. Called before any model exists.
+/// directory); divergence is read from mjData's counters instead. Its errors end guarded work, else
+/// the program. Called before any model exists.
 void quietMujoco();
 
 }  // namespace traceur::sim

@@ -1,7 +1,9 @@
 #include "traceur/sim/recording.h"
 
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "traceur/core/error.h"
 
@@ -12,6 +14,11 @@ static_assert(std::endian::native == std::endian::little, "recordings are little
 
 constexpr std::string_view kMagic = "traceur-recording";
 constexpr std::uint32_t kVersion = 1;
+
+// The fewest bytes that each takes, all its vectors but those of three numbers being empty.
+constexpr size_t kVector3 = 4 + 3 * 8;
+constexpr size_t kLeastFrame = 3 * 4 + 2 * 8 + 2 * kVector3 + 4;
+constexpr size_t kLeastContact = 2 * 8 + 3 * kVector3;
 
 class Writer {
  public:
@@ -43,6 +50,12 @@ class Reader {
     double x = 0;
     std::memcpy(&x, raw(sizeof x).data(), sizeof x);
     return x;
+  }
+  /// A whole number that is kept as a double: of a phase or a body.
+  int integer() {
+    const double x = number();
+    if (!(x >= -1 && x <= std::numeric_limits<int>::max() && x == std::floor(x))) fail();
+    return static_cast<int>(x);
   }
   /// A number of things of at least `each` bytes still to come.
   std::uint32_t count(size_t each) {
@@ -124,19 +137,19 @@ Recording Recording::decode(std::string_view bytes) {
   r.mjcf = in.text();
   r.phases.resize(in.count(4));
   for (std::string& p : r.phases) p = in.text();
-  r.frames.resize(in.count(8));
+  r.frames.resize(in.count(kLeastFrame));
   for (Frame& f : r.frames) {
     f.state.time = in.number();
     f.state.q = in.vector();
     f.state.v = in.vector();
     f.com = in.vector3();
     f.com_velocity = in.vector3();
-    f.phase = static_cast<int>(in.number());
+    f.phase = in.integer();
     f.torque = in.vector();
-    f.contacts.resize(in.count(16));
+    f.contacts.resize(in.count(kLeastContact));
     for (Contact& c : f.contacts) {
-      c.body_a.value = static_cast<int>(in.number());
-      c.body_b.value = static_cast<int>(in.number());
+      c.body_a.value = in.integer();
+      c.body_b.value = in.integer();
       c.p_WC = in.vector3();
       c.normal = in.vector3();
       c.f_WC = in.vector3();

@@ -57,26 +57,29 @@ XMLElement* childOrNew(XMLElement* parent, const char* name) {
   return child ? child : parent->InsertNewChildElement(name);
 }
 
-/// Puts the children of every <include file="…"/> in its place.
-void resolveIncludes(XMLElement* root, const fs::path& file, int depth = 0) {
-  if (depth > 16) fail(file, root, "includes nest deeper than 16");
+/// Puts the children of every <include file="…"/> in its place. As for MuJoCo, each file is
+/// included once.
+void resolveIncludes(XMLElement* root, const fs::path& file, std::set<fs::path>& included_files) {
   for (XMLElement* e = root->FirstChildElement(); e;) {
     XMLElement* next = e->NextSiblingElement();
     if (std::strcmp(e->Name(), "include") == 0) {
       const char* name = e->Attribute("file");
       if (!name) fail(file, e, "<include> without a file");
-      const fs::path path = file.parent_path() / name;
+      const fs::path path = (file.parent_path() / name).lexically_normal();
+      if (!included_files.insert(path).second) {
+        fail(file, e, fmt::format("{} is included twice", path.string()));
+      }
       XMLDocument included;
       parse(included, readFile(path), path);
       if (!included.RootElement()) fail(path, nullptr, "expected an element, got none");
-      resolveIncludes(included.RootElement(), path, depth + 1);
+      resolveIncludes(included.RootElement(), path, included_files);
       tinyxml2::XMLNode* after = e;
       for (auto* c = included.RootElement()->FirstChild(); c; c = c->NextSibling()) {
         after = root->InsertAfterChild(after, c->DeepClone(root->GetDocument()));
       }
       root->DeleteChild(e);
     } else {
-      resolveIncludes(e, file, depth);
+      resolveIncludes(e, file, included_files);
     }
     e = next;
   }
@@ -158,13 +161,11 @@ std::string mjcfOfUrdf(XMLElement* robot, const fs::path& file) {
   return mjcf;
 }
 
-using Compiled = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
-
-Compiled compile(const XMLDocument& document, const fs::path& file) {
+ModelPointer compile(const XMLDocument& document, const fs::path& file) {
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
   std::string error;
-  Compiled model(loadXmlText(printer.CStr(), error), mj_deleteModel);
+  ModelPointer model(loadXmlText(printer.CStr(), error), mj_deleteModel);
   if (!model) fail(file, nullptr, error);
   return model;
 }
@@ -467,13 +468,14 @@ std::string composeMjcf(const Scene& scene) {
          fmt::format("expected <mujoco> (MJCF) or <robot> (URDF), got <{}>",
                      root ? root->Name() : ""));
   } else {
-    resolveIncludes(root, file);
+    std::set<fs::path> included = {file.lexically_normal()};
+    resolveIncludes(root, file, included);
     resolveAssets(root, file);
   }
   checkProps(scene, root);
   if (scene.robot) {
     removeActuators(root);
-    const Compiled original = compile(document, file);
+    const ModelPointer original = compile(document, file);
     if (const double factor = scene.robot->mass_scale; factor != 1) {
       scaleMasses(root, factor);
       checkMasses(*original, *compile(document, file), factor, file);

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 
 #include "traceur/core/random.h"
@@ -774,6 +775,39 @@ TEST(Model, BrokenFilesNameFileAndLine) {
             std::string::npos);
 }
 
+TEST(Model, WhatAStrangersFileAsksForHasALimit) {
+  const auto refusal = [](const std::string& name, const std::string& text) {
+    const std::string path = file(name);
+    std::ofstream(path) << text;
+    try {
+      Model::fromScene({.robot = std::make_shared<const Robot>(Robot::fromFile(path))});
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  const std::string ball = "<worldbody><body><freejoint/><geom size='.1'/></body></worldbody>";
+  const auto has = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  std::string twice = "<mujoco>";
+  for (int i = 0; i < 10; ++i) twice += "<include file='leaf.xml'/>\n";
+  std::ofstream(file("leaf.xml")) << "<mujoco/>";
+  has(refusal("twice.xml", twice + "</mujoco>"), "twice.xml:2: ");
+  has(refusal("itself.xml", "<mujoco><include file='itself.xml'/></mujoco>"), "included twice");
+  has(refusal("zero.xml", "<mujoco><include file='/dev/zero'/></mujoco>"), "got a device");
+  std::string deep;
+  for (int i = 0; i < 100'000; ++i) deep += "<body>";
+  has(refusal("deep.xml", "<mujoco><worldbody>" + deep), "deep.xml");
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  // 6.4 GB
+  const std::string field =
+      "<asset><hfield name='h' nrow='40000' ncol='40000' size='1 1 1 1'/></asset>";
+  EXPECT_NE(refusal("field.xml", "<mujoco>" + field + ball + "</mujoco>"), "accepted");
+#endif
+  EXPECT_EQ(refusal("ball.xml", "<mujoco>" + ball + "</mujoco>"), "accepted");
+}
+
 TEST(Robot, AMistakeInAPairsRowIsSaidOnce) {
   const std::string path = file("pair.toml");
   std::ofstream(path) << "name = \"x\"\nmodel = \"pair.toml\"\n"
@@ -824,6 +858,18 @@ TEST(Recording, BytesComeBackAndDamageIsRefused) {
   EXPECT_NO_THROW(Model::fromMjcf(back.mjcf));
   for (const size_t cut : {size_t(0), size_t(3), size_t(30), bytes.size() / 2, bytes.size() - 1}) {
     EXPECT_THROW(Recording::decode(std::string_view(bytes).substr(0, cut)), InputError) << cut;
+  }
+  // The phase of the first frame, behind time, q, v, com and its velocity.
+  const size_t phase = bytes.find(model->mjcf()) + model->mjcf().size() + 4 + 2 * (4 + 3) + 4 + 8 +
+                       4 + 8 * model->nq() + 4 + 8 * model->nv() + 2 * (4 + 24);
+  const auto with = [&](double x) {
+    std::string changed = bytes;
+    std::memcpy(changed.data() + phase, &x, sizeof x);
+    return changed;
+  };
+  EXPECT_EQ(Recording::decode(with(0)).frames[0].phase, 0);
+  for (const double x : {1e300, -2.0, 0.5, double{NAN}, 2147483648.0}) {
+    EXPECT_THROW(Recording::decode(with(x)), InputError) << x;
   }
 }
 

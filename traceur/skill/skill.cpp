@@ -94,6 +94,18 @@ class SkillReader {
  private:
   /// Longest trial [s]: a mistyped horizon should not run for a day.
   static constexpr double kLongest = 600;
+  /// Of parameters, phases and the like, each; of expressions; more would take longer to check than
+  /// a person waits, and nobody practises so many [ours].
+  static constexpr size_t kMostRows = 500;
+  static constexpr int kMostExpressions = 5000;
+
+  /// Ends the reading where there are more rows than anyone writes.
+  void limit(const TomlReader& row, std::string_view what, size_t rows) {
+    if (rows <= kMostRows) return;
+    diagnostics_.add(row.value().line, row.value().column,
+                     fmt::format("{} {}: expected at most {}", rows, what, kMostRows));
+    diagnostics_.throwIfAny();
+  }
 
   void readTask(const TomlReader& t) {
     Task& task = skill_.task;
@@ -115,6 +127,7 @@ class SkillReader {
   }
 
   void readParameters(const TomlReader& table) {
+    limit(table, "parameters", table.names().size());
     for (const std::string& name : table.names()) {  // the order of the optimiser's variables
       const TomlReader row = table.table(name);
       checkName(table, name, name);
@@ -223,6 +236,7 @@ class SkillReader {
     scene.ground_material.friction =
         skill_.disturbance.friction.value_or(scene.ground_material.friction);
     const std::vector<TomlReader> rows = readProps(s, scene.time_step, scene.props);
+    limit(s, "props", rows.size());
     s.finish();
     const std::string robot = top.string("robot");
     if (robot.empty()) return;
@@ -240,7 +254,7 @@ class SkillReader {
     bool found = false;
     sim::Scene good = scene;
     good.props.clear();
-    if (scene.robot && !complaint(good)) {
+    if (scene.robot && !rows.empty() && !complaint(good)) {
       for (size_t i = 0; i < rows.size(); ++i) {
         good.props.push_back(scene.props[i]);
         if (const auto why = complaint(good)) {
@@ -313,6 +327,7 @@ class SkillReader {
     if (rows.empty()) {
       diagnostics_.add(0, 0, "[[phase]]: expected at least one phase");
     }
+    limit(top, "phases", rows.size());
     for (const TomlReader& row : rows) {  // names first: phases are named in "during"
       Phase p;
       p.name = row.string("name");
@@ -386,6 +401,7 @@ class SkillReader {
   void readMeasures(const TomlReader& table) {
     static const std::vector<std::string> kTakes = {"first", "last", "min",
                                                     "max",   "mean", "integral"};
+    limit(table, "measures", table.names().size());
     for (const std::string& name : table.names()) {
       const TomlReader row = table.table(name);
       checkName(table, name, name);
@@ -410,6 +426,7 @@ class SkillReader {
   }
 
   void readFailures(const TomlReader& top) {
+    limit(top, "failures", top.tables("failure").size());
     for (const TomlReader& row : top.tables("failure")) {
       Failure f;
       f.name = row.string("name");
@@ -557,6 +574,10 @@ class SkillReader {
     if (!v.isString()) {
       return fail(fmt::format("expected a number or an expression, got {}", v.kind()));
     }
+    if (++expressions_ > kMostExpressions) {
+      fail(fmt::format("the {}. expression: expected at most {}", expressions_, kMostExpressions));
+      diagnostics_.throwIfAny();
+    }
     const double somewhere = 1;
     try {
       for (const std::string& name : control::Expression::namesIn(v.string())) {
@@ -602,6 +623,7 @@ class SkillReader {
   Diagnostics diagnostics_;
   Skill skill_;
   std::unique_ptr<control::Signals> signals_;
+  int expressions_ = 0;                    // checked so far
   std::set<std::string> names_;            // of parameters, measures and failures
   Vector3d base_root_ = Vector3d::Zero();  // the attitude of the pose basePose() read last
 };
