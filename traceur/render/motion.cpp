@@ -62,7 +62,16 @@ void checkRecording(const sim::Model& model, const sim::Recording& recording) {
                       s.q.size(), s.v.size(), model.nq(), model.nv()));
     }
     if (!s.q.allFinite()) throw InputError(fmt::format("the recording's frame {} holds NaN", i));
-    if (!(s.time > last)) {
+    for (const sim::Contact& c : recording.frames[i].contacts) {
+      for (const sim::BodyId b : {c.body_a, c.body_b}) {
+        if (b.value >= 0 && b.value < model.bodies()) continue;
+        throw InputError(
+            fmt::format("the recording's frame {} has a contact of body {}, its model "
+                        "{} bodies",
+                        i, b.value, model.bodies()));
+      }
+    }
+    if (!(s.time > last && std::isfinite(s.time))) {
       throw InputError(fmt::format("the recording's frame {} is at {} s, the one before at {} s", i,
                                    s.time, last));
     }

@@ -525,6 +525,14 @@ TEST(Motion, RecordingsThatCannotBeRead) {
   r = jump();
   r.frames[2].state.q.resize(3);
   EXPECT_THROW(checkRecording(*testModel(), r), InputError);
+  r = jump();
+  r.frames.back().state.time = INFINITY;
+  EXPECT_THROW(checkRecording(*testModel(), r), InputError);
+  for (const int body : {-1, testModel()->bodies()}) {
+    r = jump();
+    r.frames[5].contacts = {{.body_a = {0}, .body_b = {body}}};
+    EXPECT_TRUE(has(messageOf<InputError>([&] { checkRecording(*testModel(), r); }), "frame 5"));
+  }
   r.frames.clear();
   EXPECT_THROW(filmStrip(r), InputError);
 }
