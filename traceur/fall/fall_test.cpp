@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <numbers>
 
 #include "traceur/core/error.h"
@@ -495,6 +496,125 @@ TEST(PlanLibrary, RefusesWhatIsNotItsOwn) {
   FallProblem other = c.problem;
   other.stopper_speed *= 2;
   EXPECT_TRUE(has(message(c.bytes, other), "traceur fall compile"));
+}
+
+/// A whole library of two nodes and one edge, as small as there is.
+struct TinyLibrary {
+  fall_library l{};
+  fall_library_node nodes[2]{};
+  fall_library_edge edge{};
+  float values[2][16]{};
+  std::uint32_t reach = 0xffffffff;
+
+  TinyLibrary() {
+    std::memcpy(l.magic, FALL_LIBRARY_MAGIC, sizeof l.magic);
+    l.version = FALL_LIBRARY_VERSION;
+    l.size = sizeof *this;
+    l.mass = 3;
+    l.inertia = 0.03F;
+    l.gravity = 9.8F;
+    l.step = 0.005F;
+    l.rod_speed = 0.5F;
+    l.stopper_speed = 5;
+    l.grid_time = 0.02F;
+    l.grid_angle = 0.2F;
+    l.horizon = 0.5F;
+    l.rod_rates = 3;
+    l.stall_stops = 1;
+    l.nodes = 2;
+    l.first_node = offsetof(TinyLibrary, nodes);
+    for (std::uint32_t i = 0; i < 2; ++i) {
+      nodes[i].first_edge = offsetof(TinyLibrary, edge);
+      nodes[i].time = {0, 1.5F, 2};
+      nodes[i].theta = {-1.2F, 1.57F, 2};
+      nodes[i].r = {0.1F, 0.3F, 2};
+      nodes[i].rate = {0, 12, 2};
+      nodes[i].values = offsetof(TinyLibrary, values) + i * sizeof values[0];
+    }
+    nodes[0].edges = 1;
+    edge = {1, 1.5F, 0.2F, 2, 8, offsetof(TinyLibrary, reach)};
+    seal();
+  }
+  void seal() {
+    constexpr size_t kSummed = offsetof(fall_library, problem);
+    l.checksum =
+        fall_checksum(reinterpret_cast<const char*>(this) + kSummed, sizeof *this - kSummed);
+  }
+  /// What opening says; what opens is planned with.
+  const char* open() {
+    seal();
+    const fall_library* library = nullptr;
+    const char* wrong = fall_open(this, sizeof *this, &library);
+    for (std::uint32_t node = 0; !wrong && node <= l.nodes; ++node) {
+      fall_state at{node, 0, 0.3F, 0.2F, 3};
+      fall_contact contact{};
+      for (int k = 0; k < 3 && fall_next(library, &at, &contact) == FALL_CONTACT; ++k) {
+        at = contact.next;
+      }
+    }
+    return wrong;
+  }
+};
+static_assert(sizeof(TinyLibrary) % 4 == 0);
+
+TEST(PlanLibrary, TheReaderRefusesWhatContradictsItself) {
+  ASSERT_EQ(TinyLibrary().open(), nullptr);
+  const std::function<void(TinyLibrary&)> wrong[] = {
+      [](TinyLibrary& t) { t.l.step = 0; },
+      [](TinyLibrary& t) { t.l.step = 1e-9F; },  // would plan for hours
+      [](TinyLibrary& t) { t.l.grid_angle = 1e-30F; },
+      [](TinyLibrary& t) { t.l.horizon = INFINITY; },
+      [](TinyLibrary& t) { t.l.gravity = NAN; },
+      [](TinyLibrary& t) { t.l.grid_time = 0.001F; },  // shorter than a step: no stride
+      [](TinyLibrary& t) { t.l.rod_rates = 0; },
+      [](TinyLibrary& t) { t.l.nodes = 0; },
+      [](TinyLibrary& t) { t.l.nodes = 50'000'000; },  // 88 times that is small in 32 bits
+      [](TinyLibrary& t) { t.l.first_node += 2; },
+      [](TinyLibrary& t) { t.l.first_node = 0xfffffff0; },
+      [](TinyLibrary& t) { std::memset(t.l.stance, 'x', sizeof t.l.stance); },
+      [](TinyLibrary& t) { std::memset(t.nodes[1].name, 'x', sizeof t.nodes[1].name); },
+      [](TinyLibrary& t) { t.nodes[0].edges = 1'000'000; },
+      [](TinyLibrary& t) { t.nodes[0].first_edge = sizeof t - 8; },
+      [](TinyLibrary& t) { t.nodes[1].theta.n = 1; },
+      [](TinyLibrary& t) { t.nodes[1].theta.n = 65536, t.nodes[1].r.n = 65536; },
+      [](TinyLibrary& t) { t.nodes[1].rate.max = -1; },
+      [](TinyLibrary& t) { t.nodes[1].r.min = 0; },
+      [](TinyLibrary& t) { t.nodes[1].values += 4; },  // one value beyond the end
+      [](TinyLibrary& t) { t.values[1][3] = NAN; },
+      [](TinyLibrary& t) { t.edge.to = 2; },
+      [](TinyLibrary& t) { t.edge.cell = 0; },
+      [](TinyLibrary& t) { t.edge.cells = 3; },  // more bits than there are
+      [](TinyLibrary& t) { t.edge.cells = 0x10000001; },
+      [](TinyLibrary& t) { t.edge.reach = sizeof t; }};
+  for (size_t i = 0; i < std::size(wrong); ++i) {
+    TinyLibrary t;
+    wrong[i](t);
+    EXPECT_STREQ(t.open(), "a library of fall plans that contradicts itself") << i;
+  }
+}
+
+TEST(PlanLibrary, WhateverOpensCanBePlannedWith) {
+  for (size_t at = offsetof(fall_library, problem); at < sizeof(TinyLibrary); at += 4) {
+    for (const std::uint32_t word : {0u, 1u, 2u, 0x7fffffffu, 0x80000000u, 0xffffffffu, 0x7fc00000u,
+                                     0x7f000000u, 0xbf800000u}) {
+      TinyLibrary t;
+      std::memcpy(reinterpret_cast<char*>(&t) + at, &word, sizeof word);
+      t.open();  // ends, and reads nothing else
+    }
+  }
+}
+
+TEST(PlanLibrary, TheReaderPlansNothingFromStatesThatAreNone) {
+  const TinyLibrary t;
+  const fall_library* library = nullptr;
+  ASSERT_EQ(fall_open(&t, sizeof t, &library), nullptr);
+  fall_contact contact{};
+  for (const fall_state& state :
+       {fall_state{2, 0, 0.3F, 0.2F, 3}, fall_state{0, NAN, 0.3F, 0.2F, 3},
+        fall_state{0, 0, NAN, 0.2F, 3}, fall_state{0, 0, 0.3F, INFINITY, 3},
+        fall_state{0, 0, 0.3F, 0.2F, -INFINITY}}) {
+    EXPECT_EQ(fall_next(library, &state, &contact), FALL_NONE);
+  }
 }
 
 TEST(PlanLibrary, ATableKeptOnDiskIsTheOneThatWouldBeMade) {

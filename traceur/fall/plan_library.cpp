@@ -5,12 +5,11 @@
 #include <bit>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/toml.h"
 #include "traceur/fall/embedded/fall_plan.h"
 
 namespace traceur::fall {
@@ -173,6 +172,12 @@ ValueTable tableFromLibrary(std::string_view bytes, const FallProblem& problem,
         "traceur fall compile",
         name, l.robot, l.stance, l.direction));
   }
+  // The fingerprint is no proof: whoever writes a file can write that, too.
+  const size_t each = size_t{nodes->time.n} * nodes->theta.n * nodes->r.n * nodes->rate.n;
+  if (l.nodes != problem.graph.nodes.size() ||
+      !fall_holds(&l, nodes->values, each * l.nodes, sizeof(float))) {
+    throw InputError(fmt::format("{}: a library of fall plans that contradicts itself", name));
+  }
   const auto* values =
       reinterpret_cast<const float*>(reinterpret_cast<const char*>(&l) + nodes->values);
   return ValueTable(problem, grid, values);
@@ -183,12 +188,9 @@ ValueTable cachedTable(const FallProblem& problem, const LibraryLabel& label,
   if (folder.empty() || !storable(problem)) return ValueTable(problem);
   const std::filesystem::path file =
       folder / fmt::format("{:016x}.fallplan", fingerprintOf(problem));
-  if (std::ifstream in(file, std::ios::binary); in) {
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-    try {
-      return tableFromLibrary(bytes, problem, file.string());
-    } catch (const InputError&) {  // damaged: made again below
-    }
+  try {
+    return tableFromLibrary(readFile(file), problem, file.string());
+  } catch (const InputError&) {  // missing or damaged: made below
   }
   ValueTable table(problem);
   try {

@@ -105,6 +105,85 @@ static inline uint32_t fall_checksum(const void* bytes, size_t size) {
   return hash;
 }
 
+/* Most contacts and steps that fall_next() may look at: so that a damaged file cannot keep it for
+ * ever. [ours; what traceur writes has a hundredth of it] */
+#define FALL_MOST_WORK 50000000.0f
+
+static inline const struct fall_library_node* fall_node(const struct fall_library* l, uint32_t i) {
+  return (const struct fall_library_node*)((const char*)l + l->first_node) + i;
+}
+
+static inline int fall_is_named(const char* name, size_t size) {
+  return memchr(name, '\0', size) != NULL;
+}
+
+/* Whether `count` things of `each` bytes from `first` on, aligned to 4, lie in the file. */
+static inline int fall_holds(const struct fall_library* l, uint64_t first, uint64_t count,
+                             uint64_t each) {
+  return first % 4 == 0 && first <= l->size && count <= l->size && count * each <= l->size - first;
+}
+
+static inline int fall_is_edge(const struct fall_library* l, const struct fall_library_edge* e) {
+  static const uint32_t kMost = 65536; /* so that their product does not overflow */
+  return e->to < l->nodes && isfinite(e->first_angle) && e->cell > 0 && isfinite(e->cell) &&
+         e->cells >= 1 && e->cells <= kMost && e->angles >= 1 && e->angles <= kMost &&
+         fall_holds(l, e->reach, ((uint64_t)e->cells * e->cells * e->angles + 7) / 8, 1);
+}
+
+static inline int fall_is_node(const struct fall_library* l, const struct fall_library_node* n) {
+  const struct fall_axis* axes[4] = {&n->time, &n->theta, &n->r, &n->rate};
+  uint64_t values = 1;
+  if (!fall_is_named(n->name, sizeof n->name) || !(n->r.min > 0)) return 0;
+  for (int i = 0; i < 4; ++i) {
+    if (!(axes[i]->min < axes[i]->max) || !isfinite(axes[i]->max - axes[i]->min) ||
+        axes[i]->n < 2 || axes[i]->n > l->size) {
+      return 0;
+    }
+    values *= axes[i]->n;
+    if (values > l->size) return 0;
+  }
+  if (!fall_holds(l, n->values, values, sizeof(float)) ||
+      !fall_holds(l, n->first_edge, n->edges, sizeof(struct fall_library_edge))) {
+    return 0;
+  }
+  const float* value = (const float*)((const char*)l + n->values);
+  for (uint64_t i = 0; i < values; ++i) {
+    if (!(value[i] >= 0) || !isfinite(value[i])) return 0;
+  }
+  const struct fall_library_edge* edge =
+      (const struct fall_library_edge*)((const char*)l + n->first_edge);
+  for (uint32_t i = 0; i < n->edges; ++i) {
+    if (!fall_is_edge(l, &edge[i])) return 0;
+  }
+  /* what fall_next() walks through */
+  const float steps = l->horizon / l->step, contacts = l->horizon / l->grid_time + 1;
+  const float angles = 7 / l->grid_angle + 1;
+  return (float)l->rod_rates * (steps + contacts * (float)n->edges * angles) <= FALL_MOST_WORK;
+}
+
+/* Whether planning from any state ends and reads nothing but the file. */
+static inline int fall_is_sound(const struct fall_library* l) {
+  const float positive[] = {l->mass,      l->inertia,    l->gravity, l->step,
+                            l->grid_time, l->grid_angle, l->horizon};
+  const float least_0[] = {l->rod_speed, l->stopper_speed, l->least_interval};
+  for (size_t i = 0; i < sizeof positive / sizeof *positive; ++i) {
+    if (!(positive[i] > 0) || !isfinite(positive[i])) return 0;
+  }
+  for (size_t i = 0; i < sizeof least_0 / sizeof *least_0; ++i) {
+    if (!(least_0[i] >= 0) || !isfinite(least_0[i])) return 0;
+  }
+  if (!fall_is_named(l->robot, sizeof l->robot) || !fall_is_named(l->stance, sizeof l->stance) ||
+      !fall_is_named(l->direction, sizeof l->direction) || l->rod_rates < 1 ||
+      !(l->grid_time >= l->step) || !(l->grid_time <= l->horizon) || !(l->grid_angle >= 1e-4f) ||
+      l->nodes < 1 || !fall_holds(l, l->first_node, l->nodes, sizeof(struct fall_library_node))) {
+    return 0;
+  }
+  for (uint32_t i = 0; i < l->nodes; ++i) {
+    if (!fall_is_node(l, fall_node(l, i))) return 0;
+  }
+  return 1;
+}
+
 /* What is wrong with the bytes, which must stay where they are, aligned to 4; NULL if nothing. */
 static inline const char* fall_open(const void* bytes, size_t size,
                                     const struct fall_library** library) {
@@ -119,12 +198,9 @@ static inline const char* fall_open(const void* bytes, size_t size,
   if (l->checksum != fall_checksum((const char*)bytes + summed, size - summed)) {
     return "a library of fall plans whose checksum is wrong";
   }
+  if (!fall_is_sound(l)) return "a library of fall plans that contradicts itself";
   *library = l;
   return NULL;
-}
-
-static inline const struct fall_library_node* fall_node(const struct fall_library* l, uint32_t i) {
-  return (const struct fall_library_node*)((const char*)l + l->first_node) + i;
 }
 
 /* The largest impulse still to come from a state at best, interpolated; at the table's edge outside
@@ -139,7 +215,7 @@ static inline float fall_value(const struct fall_library* l, const struct fall_s
   float value = 0;
   for (int i = 3; i >= 0; --i) {
     float u = (where[i] - axes[i]->min) / (axes[i]->max - axes[i]->min);
-    u = (u < 0 ? 0 : u > 1 ? 1 : u) * (float)(axes[i]->n - 1);
+    u = (u > 0 ? u < 1 ? u : 1 : 0) * (float)(axes[i]->n - 1); /* no number: 0 */
     uint32_t low = (uint32_t)u;
     if (low > axes[i]->n - 2) low = axes[i]->n - 2;
     part[i] = u - (float)low;
@@ -179,19 +255,24 @@ static inline int fall_reachable(const struct fall_library* l, const struct fall
   return ((const unsigned char*)l + e->reach)[bit / 8] >> (bit % 8) & 1;
 }
 
-/* The contact that is best to make next: of meaning only if the answer is FALL_CONTACT. A fall that
- * nothing stops has contacts too, of a large cost. Whether keeping the pose would cost less is not
- * asked here. */
+/* The contact that is best to make next; FALL_NONE also for a node that there is not and for a
+ * state that is not finite. What is written to best is of meaning only if the answer is
+ * FALL_CONTACT. A fall that nothing stops has contacts too, of a large cost. Whether keeping the
+ * pose would cost less is not asked here. */
 static inline enum fall_answer fall_next(const struct fall_library* l,
                                          const struct fall_state* from, struct fall_contact* best) {
   static const float kPi = 3.14159265f;
+  best->cost = INFINITY;
+  if (from->node >= l->nodes || !isfinite(from->time) || !isfinite(from->theta) ||
+      !isfinite(from->r) || !isfinite(from->theta_rate)) {
+    return FALL_NONE;
+  }
   const struct fall_library_node* node = fall_node(l, from->node);
   const struct fall_library_edge* edges =
       (const struct fall_library_edge*)((const char*)l + node->first_edge);
   const int stride = (int)lroundf(l->grid_time / l->step);
   const int last = (int)lroundf(l->horizon / l->step);
   const int angles = (int)lroundf(2 * kPi / l->grid_angle);
-  best->cost = INFINITY;
   if (fall_stopped(l, from)) return FALL_STOPS;
   for (uint32_t i = 0; i < l->rod_rates; ++i) {
     const float rod_rate =
