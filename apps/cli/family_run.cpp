@@ -49,53 +49,61 @@ std::filesystem::path beside(const std::filesystem::path& run, const std::string
   return run.parent_path() / (name.string() + ending);
 }
 
-FamilyRun readFamily(const RunFile& run) {
-  const auto text = run.meta("family");
-  const std::string tasks = run.meta("tasks").value_or("");
+StoredFamily storedFamily(const RunFile& run) {
   const std::string where = run.path().string();
-  if (tasks.empty() || !run.meta("skill_text")) {
+  const auto text = run.meta("family");
+  if (!text) throw InputError(fmt::format("{}: no curve has been run yet", where));
+  StoredFamily f;
+  f.tasks = toTasks(required(run, "tasks"), where + ": tasks");
+  const auto number = [](const nlohmann::json& j) { return j.is_null() ? NAN : j.get<double>(); };
+  try {
+    const nlohmann::json j = nlohmann::json::parse(*text);
+    const auto points = j.at("points").get<std::vector<std::vector<double>>>();
+    if (points.empty() || points[0].empty()) throw InputError("no points");
+    MatrixXd& m = f.family.curve.points;
+    m.resize(static_cast<Eigen::Index>(points[0].size()), static_cast<Eigen::Index>(points.size()));
+    for (Eigen::Index k = 0; k < m.cols(); ++k) {
+      if (points[k].size() != points[0].size()) throw InputError("points of several sizes");
+      m.col(k) = Eigen::Map<const VectorXd>(points[k].data(), m.rows());
+    }
+    if (!m.allFinite()) throw InputError("points that are not finite");
+    f.folded = j.at("folded").get<bool>();
+    const auto kind = j.at("kind").get<std::string>();
+    if (kind != "bezier" && kind != "polyline") throw InputError("kind \"" + kind + "\"");
+    f.family.curve.kind =
+        kind == "bezier" ? optim::Curve::Kind::kBezier : optim::Curve::Kind::kPolyline;
+    f.family.cost = number(j.at("cost"));
+    for (const auto& cost : j.at("task_costs")) f.family.task_costs.push_back(number(cost));
+    if (static_cast<Eigen::Index>(f.family.task_costs.size()) != f.tasks.size()) {
+      throw InputError("costs of another number of tasks");
+    }
+  } catch (const std::exception& e) {
+    throw InputError(fmt::format(
+        "{}: not a run file of this version: its family cannot be read: {}", where, e.what()));
+  }
+  return f;
+}
+
+FamilyRun readFamily(const RunFile& run) {
+  const std::string where = run.path().string();
+  if (run.meta("tasks").value_or("").empty() || !run.meta("skill_text")) {
     throw InputError(
         fmt::format("{}: not a family of a skill; learn one with traceur learn SKILL --tasks "
                     "FIRST:LAST:COUNT",
                     where));
   }
-  if (!text) throw InputError(fmt::format("{}: no curve has been run yet", where));
-  FamilyRun f;
-  f.tasks = toTasks(tasks, where + ": tasks");
-  f.skill = skillOf(run);
+  StoredFamily stored = storedFamily(run);
+  FamilyRun f{skillOf(run), std::move(stored.tasks), std::move(stored.family), {}, {}};
   const skill::SkillProblem problem(f.skill, f.tasks);
-  bool folded = false;
-  try {
-    const nlohmann::json j = nlohmann::json::parse(*text);
-    const auto points = j.at("points").get<std::vector<std::vector<double>>>();
-    MatrixXd& m = f.family.curve.points;
-    m.resize(problem.dimension(), static_cast<Eigen::Index>(points.size()));
-    for (Eigen::Index k = 0; k < m.cols(); ++k) {
-      if (static_cast<Eigen::Index>(points[k].size()) != m.rows()) {
-        throw InputError("points of another size than the skill has parameters");
-      }
-      m.col(k) = Eigen::Map<const VectorXd>(points[k].data(), m.rows());
-    }
-    if (m.cols() == 0) throw InputError("no points");
-    folded = j.at("folded");
-    const std::string kind = j.at("kind");
-    if (kind != "bezier" && kind != "polyline") throw InputError("kind \"" + kind + "\"");
-    f.family.curve.kind =
-        kind == "bezier" ? optim::Curve::Kind::kBezier : optim::Curve::Kind::kPolyline;
-    f.family.cost = j.at("cost").is_null() ? NAN : j.at("cost").get<double>();
-    for (const auto& cost : j.at("task_costs")) {
-      f.family.task_costs.push_back(cost.is_null() ? NAN : cost.get<double>());
-    }
-    if (static_cast<Eigen::Index>(f.family.task_costs.size()) != f.tasks.size()) {
-      throw InputError("costs of another number of tasks");
-    }
-  } catch (const std::exception& e) {
-    throw InputError(fmt::format("{}: its family cannot be read: {}", where, e.what()));
-  }
   f.lower = problem.lower();
   f.upper = problem.upper();
-  if (folded) {
-    f.family.curve.bounds = optim::BoundFold(f.lower, f.upper, VectorXd::Ones(problem.dimension()));
+  if (f.family.curve.points.rows() != f.lower.size()) {
+    throw InputError(fmt::format(
+        "{}: not a run file of this version: its family has {} parameters, its skill {}", where,
+        f.family.curve.points.rows(), f.lower.size()));
+  }
+  if (stored.folded) {
+    f.family.curve.bounds = optim::BoundFold(f.lower, f.upper, VectorXd::Ones(f.lower.size()));
   }
   return f;
 }

@@ -30,6 +30,16 @@ struct FamilyRun {
 /// `cost` and `task_costs`.
 std::string toText(const optim::Family& family);
 
+/// What that meta says, by itself: its skill need not be found.
+struct StoredFamily {
+  Eigen::VectorXd tasks;  ///< (M) trained
+  optim::Family family;   ///< its curve's bounds are not set
+  bool folded = false;
+};
+
+/// @throws InputError when the run has no such meta, or another than toText() gives
+StoredFamily storedFamily(const RunFile& run);
+
 /// @throws InputError when the run is not one of a family, or has found none yet
 FamilyRun readFamily(const RunFile& run);
 

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/cli/arguments.h"
+#include "apps/cli/family_run.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/hash.h"
@@ -57,12 +57,11 @@ int show(const std::string& file, bool json) {
     for (const TrialRow& t : trials) count += violates(t, name);
     j["violated"][name] = count;
   }
-  if (const auto text = run.meta("family")) {
-    const nlohmann::ordered_json family = nlohmann::ordered_json::parse(*text);
-    j["cost"] = family["cost"];
-    const Eigen::VectorXd tasks = toTasks(meta("tasks"), file + ": tasks");
-    for (Eigen::Index i = 0; i < tasks.size(); ++i) {
-      j["task_costs"][fmt::format("{:g}", tasks[i])] = family["task_costs"][i];
+  if (run.meta("family")) {
+    const StoredFamily family = storedFamily(run);
+    j["cost"] = family.family.cost;
+    for (Eigen::Index i = 0; i < family.tasks.size(); ++i) {
+      j["task_costs"][fmt::format("{:g}", family.tasks[i])] = family.family.task_costs[i];
     }
   } else if (p.best && meta("tasks") == "-") {
     j["best_cost"] = p.best->evaluation.cost;
