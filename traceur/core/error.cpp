@@ -6,11 +6,25 @@
 
 namespace traceur {
 
+namespace {
+
+/// Who makes more has not written the text; reading on would take longer than it helps [ours].
+constexpr size_t kMostMistakes = 100;
+
+}  // namespace
+
 void Diagnostics::add(int line, int column, std::string_view message) {
   for (const Entry& e : entries_) {
     if (e.line == line && e.column == column && e.message == message) return;
   }
   entries_.push_back({line, column, std::string(message)});
+  if (entries_.size() < kMostMistakes) return;
+  try {
+    throwIfAny();
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}\n{}: {} mistakes: the rest was not looked at", e.what(), file_,
+                                 kMostMistakes));
+  }
 }
 
 void Diagnostics::throwIfAny() const {

@@ -22,7 +22,7 @@ class SystemError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Collects every mistake of a text a person wrote, so that one reading reports all of them.
+/// Collects every mistake of a text a person wrote, so that one reading reports all, up to 100.
 class Diagnostics {
  public:
   explicit Diagnostics(std::string file) : file_(std::move(file)) {}

@@ -29,9 +29,12 @@ int editDistance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string didYouMean(std::string_view word, std::span<const std::string> candidates) {
+  static constexpr size_t kLongest = 100;  // nobody mistypes more [ours]
+  if (word.size() > kLongest) return "";
   const std::string* nearest = nullptr;
   int least = std::max(1, static_cast<int>(word.size()) / 3) + 1;
   for (const std::string& c : candidates) {
+    if (c.size() > kLongest) continue;
     // The beginning of a name counts as nearly the name.
     const bool begins = word.size() >= 3 && c.starts_with(word);
     const int d = begins ? 1 : editDistance(word, c);

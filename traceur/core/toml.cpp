@@ -2,14 +2,20 @@
 
 #include <fmt/format.h>
 
+// Values in values: deeper than anyone writes, shallower than what recursion bears [ours].
+#define TOML_MAX_NESTED_VALUES 32
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
 #include <toml++/toml.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "traceur/core/text.h"
 
@@ -41,6 +47,66 @@ TomlValue convert(const toml::node& node) {
 }
 
 const TomlValue kEmptyTable{TomlValue::Table{}, 0, 0};
+
+/// More than any person writes; what is longer is refused before it is read [ours].
+constexpr size_t kMostToml = 1 << 20;  // [bytes]
+constexpr int kMostDots = 16;          // in one key
+constexpr off_t kMostText = 64 << 20;  // of any file [bytes]
+constexpr double kPatience = 5;        // with a pipe that says nothing [s]
+
+/// The last character of the text that begins with the quote at i; where it does not end, the last
+/// of its line, or of all if it may have several.
+size_t endOfText(std::string_view text, size_t i) {
+  const char quote = text[i];
+  const std::string thrice(3, quote);
+  const bool many = text.substr(i, 3) == thrice;
+  const std::string_view end = std::string_view(thrice).substr(0, many ? 3 : 1);
+  for (i += end.size(); i < text.size(); ++i) {
+    if (text.substr(i, end.size()) == end) return i + end.size() - 1;
+    if (text[i] == '\n' && !many) return i - 1;
+    if (text[i] == '\\' && quote == '"') ++i;
+  }
+  return text.size() - 1;
+}
+
+/// The line of the first key with more than kMostDots dots; 0 if there is none. Each dot is a table
+/// in a table, and toml++ follows them by recursion. Between two of , = [ ] { } and line ends, and
+/// outside text and comments, only a key has more than one dot.
+int lineOfTooDeepKey(std::string_view text) {
+  int line = 1;
+  int dots = 0;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"' || c == '\'') {
+      const size_t end = endOfText(text, i);
+      line += static_cast<int>(std::count(text.begin() + i, text.begin() + end, '\n'));
+      i = end;
+    } else if (c == '#') {
+      i = std::min(text.find('\n', i), text.size()) - 1;
+    } else if (c == '.' && ++dots > kMostDots) {
+      return line;
+    } else if (std::string_view(",=[]{}\n").find(c) != std::string_view::npos) {
+      dots = 0;
+      line += c == '\n';
+    }
+  }
+  return 0;
+}
+
+/// A file that is closed again.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  operator int() const { return fd_; }  // NOLINT(google-explicit-constructor): as system calls want
+
+ private:
+  int fd_;
+};
 
 /// What stands there instead of a finite number.
 std::string got(const TomlValue& v) {
@@ -209,10 +275,16 @@ void TomlReader::finish() const {
 }
 
 TomlValue parseToml(std::string_view text, const std::string& file) {
+  Diagnostics d(file);
+  if (text.size() > kMostToml) {
+    d.add(0, 0, fmt::format("{} bytes: expected at most {}", text.size(), kMostToml));
+  } else if (const int line = lineOfTooDeepKey(text); line > 0) {
+    d.add(line, 1, fmt::format("a key of more than {} dots: expected fewer", kMostDots));
+  }
+  d.throwIfAny();
   try {
     return convert(toml::parse(text, file));
   } catch (const toml::parse_error& e) {
-    Diagnostics d(file);
     d.add(static_cast<int>(e.source().begin.line), static_cast<int>(e.source().begin.column),
           fmt::format("not TOML: {}", e.description()));
     d.throwIfAny();
@@ -221,17 +293,37 @@ TomlValue parseToml(std::string_view text, const std::string& file) {
 }
 
 std::string readFile(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
-    throw InputError(fmt::format("{}: expected a file, got a folder", file.string()));
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("{}: {}", file.string(), why));
+  };
+  // Without O_NONBLOCK a pipe that nobody writes to would keep us here.
+  const Descriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  struct stat about = {};
+  if (in < 0 || fstat(in, &about) != 0) {
+    refuse(fmt::format("cannot be read: {}", std::strerror(errno)));
   }
-  std::ifstream in(file, std::ios::binary);
-  if (!in) {
-    throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+  if (S_ISDIR(about.st_mode)) refuse("expected a file, got a folder");
+  const bool pipe = S_ISFIFO(about.st_mode);  // as of a shell's <(…)
+  if (!S_ISREG(about.st_mode) && !pipe) refuse("expected a file, got a device");
+
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience);
+  std::string text;
+  while (true) {
+    const std::chrono::duration<double, std::milli> left = end - std::chrono::steady_clock::now();
+    pollfd wait{in, POLLIN, 0};
+    if (pipe && poll(&wait, 1, std::max(0, static_cast<int>(left.count()))) == 0) {
+      refuse(fmt::format("a pipe that is not at its end within {:g} s", kPatience));
+    }
+    char buffer[1 << 16];
+    const ssize_t n = read(in, buffer, sizeof buffer);
+    if (n == 0) return text;
+    if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+    if (n < 0) refuse(fmt::format("cannot be read: {}", std::strerror(errno)));
+    text.append(buffer, n);
+    if (static_cast<off_t>(text.size()) > kMostText) {
+      refuse(fmt::format("expected at most {} MiB", kMostText >> 20));
+    }
   }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return std::move(text).str();
 }
 
 }  // namespace traceur
