@@ -8,6 +8,7 @@
 #include "apps/cli/arguments.h"
 #include "apps/cli/balance_pictures.h"
 #include "apps/cli/interrupt.h"
+#include "apps/cli/output.h"
 #include "apps/cli/verbs.h"
 #include "traceur/bias/bongo_learning.h"
 #include "traceur/bias/noisy_plant.h"
@@ -147,7 +148,7 @@ void claim(const fs::path& folder, const Arguments& a, const bias::BongoMachine&
   for (const bias::BongoFaultField& field : bias::bongoFaultFields()) {
     j["faults"][std::string(field.name)] = machine.faults.*field.value;
   }
-  const std::string now = j.dump(2) + "\n";
+  const std::string now = jsonText(j) + "\n";
   const fs::path file = folder / "learning.json";
   if (fs::exists(file)) {
     if (readFile(file) == now) return;
@@ -188,7 +189,7 @@ int learn(const Arguments& a) {
       } else {
         bias::writePolicy(policy, parameters);
       }
-      if (talks) fmt::print("iteration {}  {}\n", iteration, wordsOf(parameters));
+      if (talks) print("iteration {}  {}\n", iteration, wordsOf(parameters));
     }
     bias::PlantRun made;
     const bool there = fs::exists(file);
@@ -201,9 +202,9 @@ int learn(const Arguments& a) {
       bias::writeLog(file, made.log, format);
     }
     if (talks) {
-      fmt::print("  run {}{}: {}\n", number + 1, there ? " (recorded)" : "",
-                 wordsOf(made.log, o, bias::bongoBias(o.method, {made.log}, o.board)));
-      std::fflush(stdout);
+      print("  run {}{}: {}\n", number + 1, there ? " (recorded)" : "",
+            wordsOf(made.log, o, bias::bongoBias(o.method, {made.log}, o.board)));
+      flushResults();
     }
     logs.push_back(made.log);
     return made;
@@ -214,7 +215,7 @@ int learn(const Arguments& a) {
   const bias::BiasLearned learned =
       bias::learnWithBias(bias::bongoTask(o), bias::bongoLearner(o), run, loop);
   if (learned.stopped) {
-    fmt::print(stderr, "stopped; the same command goes on\n");
+    note("stopped; the same command goes on\n");
     return kInterrupted;
   }
   const std::vector<LearningStep> steps = stepsOf(learned, logs, o);
@@ -222,7 +223,7 @@ int learn(const Arguments& a) {
   const int good =
       bias::successes(machine, o.board, learned.parameters, a.starts, a.seed, interrupt.token());
   if (interrupt.token().stop_requested()) {
-    fmt::print(stderr, "stopped; the same command goes on\n");
+    note("stopped; the same command goes on\n");
     return kInterrupted;
   }
   const fs::path last = folder / fmt::format("policy-{:02}.json", learned.iterations.size());
@@ -249,18 +250,17 @@ int learn(const Arguments& a) {
                            {"ended_by", seen.failure},
                            {"left_out", leftOut(bias::bongoSamples({log}, o.board, options))}});
     }
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
   } else if (!a.quiet) {
     std::vector<std::string> cleared;
     for (size_t i = 0; i < learned.iterations.size(); ++i) {
       if (learned.iterations[i].cleared) cleared.push_back(std::to_string(i + 1));
     }
     if (!cleared.empty()) {
-      fmt::print(
-          "no policy balanced on what the logs taught, so they were given up, in iteration {}\n",
-          join(cleared));
+      print("no policy balanced on what the logs taught, so they were given up, in iteration {}\n",
+            join(cleared));
     }
-    fmt::print(
+    print(
         "{} after {} iterations, {} runs of the machine{}\n"
         "balances from {} of {} random starts\npolicy {}\nfigure {}\n",
         learned.solved ? "solved" : "not solved", learned.iterations.size(), learned.plant_runs,
@@ -317,8 +317,7 @@ int fit(const Arguments& a) {
   const double success = bias::BalanceCost().failure;
   const double hidden = task.most * static_cast<double>(task.starts.size() - 1);
   if (!logs.empty() && !(found.cost < task.success + hidden)) {
-    fmt::print(
-        stderr,
+    note(
         "no policy balances on what the logs teach: learn would give them up and begin anew; "
         "leave --data out to do so\n");
   }
@@ -335,24 +334,24 @@ int fit(const Arguments& a) {
     for (const bias::RunLog& log : logs) {
       j["ended_by"].push_back(bias::episodeOf(log, o.board).failure);
     }
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
     return kDone;
   }
   if (a.quiet) return kDone;
   for (size_t l = 0; l < logs.size(); ++l) {
-    fmt::print("{}: {}\n", a.data[l], wordsOf(logs[l], o, options));
+    print("{}: {}\n", a.data[l], wordsOf(logs[l], o, options));
   }
-  fmt::print("{} logs, {} samples\n", logs.size(), train.size() + test.size());
+  print("{} logs, {} samples\n", logs.size(), train.size() + test.size());
   if (explained.size() > 0) {
-    fmt::print("explained of a third held out, R2 by component:");
-    for (const double r : explained) fmt::print(" {:.3f}", r);
-    fmt::print("\nnoise of the readings, standard deviations: {:.2g} rad, {:.2g} rad/s\n",
-               std::sqrt(noise.head<3>().mean()), std::sqrt(noise.tail<3>().mean()));
+    print("explained of a third held out, R2 by component:");
+    for (const double r : explained) print(" {:.3f}", r);
+    print("\nnoise of the readings, standard deviations: {:.2g} rad, {:.2g} rad/s\n",
+          std::sqrt(noise.head<3>().mean()), std::sqrt(noise.tail<3>().mean()));
   }
-  fmt::print("{}\n{} on the model in {} trials\npolicy {}\n", wordsOf(found.parameters),
-             found.cost < success ? fmt::format("balances at a cost of {:.4g}", found.cost)
-                                  : "does not balance from every start",
-             found.trials, out);
+  print("{}\n{} on the model in {} trials\npolicy {}\n", wordsOf(found.parameters),
+        found.cost < success ? fmt::format("balances at a cost of {:.4g}", found.cost)
+                             : "does not balance from every start",
+        found.trials, out);
   return kDone;
 }
 
@@ -371,9 +370,9 @@ int evaluate(const Arguments& a) {
   const int good = bias::successes(machine, {}, parameters, a.starts, a.seed, interrupt.token());
   if (interrupt.token().stop_requested()) return kInterrupted;
   if (a.json) {
-    fmt::print("{}\n", Json{{"balanced_starts", good}, {"starts", a.starts}}.dump(2));
+    printJson(Json{{"balanced_starts", good}, {"starts", a.starts}});
   } else {
-    fmt::print("{}\nbalances from {} of {} random starts\n", wordsOf(parameters), good, a.starts);
+    print("{}\nbalances from {} of {} random starts\n", wordsOf(parameters), good, a.starts);
   }
   if (!a.strip.empty() || !a.video.empty()) {
     const double x = 0.6 * machine.start_angle;
@@ -395,7 +394,7 @@ int evaluate(const Arguments& a) {
 int exportPolicy(const Arguments& a) {
   const std::string text = bias::cHeader(bias::readPolicy(a.policy));
   if (a.out.empty()) {
-    fmt::print("{}", text);
+    writeResult(text);
     return kDone;
   }
   PendingFile pending(a.out);

@@ -4,13 +4,16 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/csv.h"
 #include "apps/cli/family_run.h"
+#include "apps/cli/output.h"
 #include "apps/cli/search.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/control/expression.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/printable.h"
 #include "traceur/skill/rollout.h"
 
 namespace traceur::cli {
@@ -153,14 +156,6 @@ Json toJson(const Learned& l, const skill::Rollout& r) {
   return j;
 }
 
-/// As a field of a CSV: people name phases as they like.
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
-}
-
 void write(const std::string& file, const std::string& text) {
   PendingFile pending(file);
   pending.write(text);
@@ -190,9 +185,9 @@ int exportRun(const Arguments& a) {
   std::string csv = fmt::format(
       "# targets of {}, {} {:g} {}, every {:g} s; feedback as in simulation\n"
       "time [s],phase",
-      s.name, s.task.name, l.task, s.task.unit, every * dt);
+      printable(s.name), printable(s.task.name), l.task, printable(s.task.unit), every * dt);
   for (const sim::Joint& j : s.model->joints()) {
-    csv += "," + field(fmt::format("{} [{}]", j.name, j.slides ? "m" : "rad"));
+    csv += "," + csvField(fmt::format("{} [{}]", j.name, j.slides ? "m" : "rad"));
   }
   csv += '\n';
   int step = 0;
@@ -202,7 +197,7 @@ int exportRun(const Arguments& a) {
       [&](double time, int phase, const control::JointTarget& target) {
         if (step++ % every != 0) return;
         ++rows;
-        csv += fmt::format("{:.6g},{}", time, field(s.phases[phase].name));
+        csv += fmt::format("{:.6g},{}", time, csvField(s.phases[phase].name));
         for (const double q : target.q) csv += fmt::format(",{:.6g}", q);
         csv += '\n';
       });
@@ -214,7 +209,7 @@ int exportRun(const Arguments& a) {
     makeFolder(folder);
   }
   write(table, csv);
-  write(controller, toJson(l, r).dump(2) + "\n");
+  write(controller, jsonText(toJson(l, r)) + "\n");
   const bool forces = std::any_of(s.phases.begin(), s.phases.end(),
                                   [](const skill::Phase& p) { return !p.forces.empty(); });
   const skill::Task& t = s.task;
@@ -228,24 +223,24 @@ int exportRun(const Arguments& a) {
            {"failed", r.failed()},
            {"ended", r.ended}};
     if (!s.task.achieved.empty()) j["within_tolerance"] = within;
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
     return r.failed() ? kFailed : kDone;
   }
-  fmt::print("{}\n{}\n", table, controller);
+  print("{}\n{}\n", table, controller);
   if (forces) {
-    fmt::print(stderr,
-               "traceur: {} exerts virtual forces: targets alone will not repeat it; see "
-               "virtual_forces in the JSON\n",
-               s.name);
+    note(
+        "traceur: {} exerts virtual forces: targets alone will not repeat it; see "
+        "virtual_forces in the JSON\n",
+        s.name);
   }
-  if (r.failed()) fmt::print(stderr, "traceur: in simulation it fails: {}\n", r.ended);
+  if (r.failed()) note("traceur: in simulation it fails: {}\n", r.ended);
   if (!t.achieved.empty() && !r.failed() && std::isnan(r.achieved)) {
-    fmt::print(stderr, "traceur: in simulation nothing was there to measure what it achieves\n");
+    note("traceur: in simulation nothing was there to measure what it achieves\n");
   } else if (!t.achieved.empty() && !r.failed() && !within) {
-    fmt::print(stderr,
-               "traceur: in simulation it achieves {:.4g} {} for {:g} {}: not within the tolerance "
-               "of {:g} {}\n",
-               r.achieved, t.unit, l.task, t.unit, t.tolerance, t.unit);
+    note(
+        "traceur: in simulation it achieves {:.4g} {} for {:g} {}: not within the tolerance "
+        "of {:g} {}\n",
+        r.achieved, t.unit, l.task, t.unit, t.tolerance, t.unit);
   }
   return r.failed() ? kFailed : kDone;
 }

@@ -1,4 +1,5 @@
 #include "apps/cli/external_problem.h"
+#include "apps/cli/output.h"
 
 #include <fmt/format.h>
 
@@ -58,10 +59,10 @@ optim::Evaluation ExternalProblem::evaluate(const VectorXd& x) const {
     }
     process->write(question + "\n");
     if (!process->answersWithin(kPatience) && !warned_.exchange(true)) {
-      fmt::print(stderr,
-                 "traceur: no answer from {} for {:g} s; still waiting. Does it flush its output "
-                 "after each line?\n",
-                 function_.command[0], kPatience);
+      note(
+          "traceur: no answer from {} for {:g} s; still waiting. Does it flush its output "
+          "after each line?\n",
+          function_.command[0], kPatience);
     }
     evaluation = parse(process->readLine());
   } catch (const std::runtime_error& e) {

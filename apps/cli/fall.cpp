@@ -8,6 +8,7 @@
 
 #include "apps/cli/arguments.h"
 #include "apps/cli/interrupt.h"
+#include "apps/cli/output.h"
 #include "apps/cli/verbs.h"
 #include "fall_plan_text.h"
 #include "traceur/core/error.h"
@@ -141,17 +142,17 @@ void draw(const std::vector<Ran>& runs, const Arguments& a, const fs::path& fold
     const fs::path strip = folder / (name + ".png");
     render::FilmStripOptions options{.count = 10, .even = true};
     render::writePng(render::filmStrip(r.recording, options), strip);
-    fmt::print("{}\n", strip.string());
+    print("{}\n", strip.string());
     if (!a.video) continue;
     const fs::path video = folder / (name + ".mp4");
     render::writeVideo(r.recording, video, {.speed = 0.25});
-    fmt::print("{}\n", video.string());
+    print("{}\n", video.string());
   }
   render::writeFigure(impulse, folder / "impulse.png");
-  fmt::print("{}\n", (folder / "impulse.png").string());
+  print("{}\n", (folder / "impulse.png").string());
   if (com.panels[0].series.empty()) return;
   render::writeFigure(com, folder / "com.png");
-  fmt::print("{}\n", (folder / "com.png").string());
+  print("{}\n", (folder / "com.png").string());
 }
 
 nlohmann::json toJson(const Ran& r, const fall::FallProblem& problem) {
@@ -206,9 +207,9 @@ int runFall(const Arguments& a) {
           "a push of {:g} N for {:g} s does not make {} fall {} from \"{}\": no plan is needed",
           push.force, push.duration, falls->robot->name, a.direction, setup.stance);
       if (a.json) {
-        fmt::print("{}\n", nlohmann::json{{"fell", false}, {"message", words}}.dump());
+        printJson(nlohmann::json{{"fell", false}, {"message", words}});
       } else {
-        fmt::print("{}\n", words);
+        print("{}\n", words);
       }
       return kDone;
     }
@@ -225,35 +226,35 @@ int runFall(const Arguments& a) {
                           {"noticed_s", runs.front().outcome.trial.noticed},
                           {"runs", nlohmann::json::array()}};
     for (const Ran& r : runs) all["runs"].push_back(toJson(r, experiment.problem()));
-    fmt::print("{}\n", all.dump(2));
+    printJson(all);
     return kDone;
   }
-  fmt::print("{} pushed {} with {:g} N for {:g} s from \"{}\" falls, noticed at {:.2f} s\n",
-             falls->robot->name, a.direction, push.force, push.duration, setup.stance,
-             runs.front().outcome.trial.noticed);
+  print("{} pushed {} with {:g} N for {:g} s from \"{}\" falls, noticed at {:.2f} s\n",
+        falls->robot->name, a.direction, push.force, push.duration, setup.stance,
+        runs.front().outcome.trial.noticed);
   double held = 0;
   for (const Ran& r : runs) {
     if (r.strategy == Strategy::kPlanned) {
-      fmt::print("{}\n", planInWords(experiment.problem(), r.outcome));
+      print("{}\n", planInWords(experiment.problem(), r.outcome));
     }
     if (r.strategy == Strategy::kHold) held = r.outcome.trial.impulse;
   }
-  fmt::print("\n{:8}  {:>8}  {:>6}  {:>8}  {:>7}  {:>9}  {:>4}  contacts\n", "", "impulse",
-             "/ hold", "force", "torque", "head", "head");
-  fmt::print("{:8}  {:>8}  {:>6}  {:>8}  {:>7}  {:>9}  {:>4}\n", "", "N·s", "", "N", "/ limit",
-             "m/s²", "hit");
+  print("\n{:8}  {:>8}  {:>6}  {:>8}  {:>7}  {:>9}  {:>4}  contacts\n", "", "impulse", "/ hold",
+        "force", "torque", "head", "head");
+  print("{:8}  {:>8}  {:>6}  {:>8}  {:>7}  {:>9}  {:>4}\n", "", "N·s", "", "N", "/ limit", "m/s²",
+        "hit");
   for (const Ran& r : runs) {
     const fall::FallTrial& t = r.outcome.trial;
     std::string contacts;
     for (const fall::GroundContact& c : t.contacts) {
       contacts += fmt::format("{}{} {:.2f} s", contacts.empty() ? "" : ", ", c.part, c.time);
     }
-    fmt::print("{:8}  {:8.3g}  {:>6}  {:8.3g}  {:7.2f}  {:9.3g}  {:>4}  {}\n", nameOf(r.strategy),
-               t.impulse, held > 0 ? fmt::format("{:.2f}", t.impulse / held) : "", t.peak_force,
-               t.peak_torque, t.peak_head, t.head_hit ? "yes" : "no", contacts);
+    print("{:8}  {:8.3g}  {:>6}  {:8.3g}  {:7.2f}  {:9.3g}  {:>4}  {}\n", nameOf(r.strategy),
+          t.impulse, held > 0 ? fmt::format("{:.2f}", t.impulse / held) : "", t.peak_force,
+          t.peak_torque, t.peak_head, t.head_hit ? "yes" : "no", contacts);
   }
   if (a.no_pictures) return kDone;
-  fmt::print("\n");
+  print("\n");
   const std::string folder = a.out.empty()
                                  ? fmt::format("runs/fall-{}-{}-{}-{:g}N{}", falls->robot->name,
                                                setup.stance, a.direction, push.force, variantOf(a))
@@ -271,7 +272,7 @@ int compileFalls(const Arguments& a) {
     PendingFile pending(file);
     pending.write(bytes);
     pending.commit();
-    fmt::print("{}  {:.0f} kB\n", file.string(), static_cast<double>(bytes.size()) / 1e3);
+    print("{}  {:.0f} kB\n", file.string(), static_cast<double>(bytes.size()) / 1e3);
   };
   fall::FallExperimentOptions options;
   options.problem.seed = a.seed;
@@ -288,7 +289,9 @@ int compileFalls(const Arguments& a) {
     const FallExperiment experiment(falls, setup, options);
     const fall::FallProblem& problem = experiment.problem();
     const fall::LibraryLabel label{falls->robot->name, setup.stance, setup.direction};
-    files[folder / fmt::format("{}-{}{}.fallplan", setup.stance, setup.direction, variantOf(a))] =
+    const fs::path file =
+        folder / fmt::format("{}-{}{}.fallplan", setup.stance, setup.direction, variantOf(a));
+    files[file] =
         fall::compileLibrary(problem, fall::cachedTable(problem, label, fall::tableCache()), label);
   }
   makeFolder(folder);  // only now: all or nothing

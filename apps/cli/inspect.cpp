@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/output.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
@@ -116,35 +117,35 @@ int inspect(const Arguments& a) {
     file.commit();
   }
   if (a.json) {
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
     return kDone;
   }
-  fmt::print("{}: {}\n", robot->name,
-             robot->description.empty() ? robot->file.string() : robot->description);
-  fmt::print("  mass {:.4g} kg, COM {:.4g} m above the ground at joint angles 0\n", model->mass(),
-             com_height);
-  fmt::print("  root \"{}\" ({}), {} bodies, {} joints, {} degrees of freedom\n",
-             model->bodyName(model->root()), model->rootDofs() == 6 ? "floats" : "fixed",
-             model->bodies() - 1, model->joints().size(), model->nv());
+  print("{}: {}\n", robot->name,
+        robot->description.empty() ? robot->file.string() : robot->description);
+  print("  mass {:.4g} kg, COM {:.4g} m above the ground at joint angles 0\n", model->mass(),
+        com_height);
+  print("  root \"{}\" ({}), {} bodies, {} joints, {} degrees of freedom\n",
+        model->bodyName(model->root()), model->rootDofs() == 6 ? "floats" : "fixed",
+        model->bodies() - 1, model->joints().size(), model->nv());
   if (self_contacts > 0) {
-    fmt::print("  warning: {} contacts inside the robot at rest\n", self_contacts);
+    print("  warning: {} contacts inside the robot at rest\n", self_contacts);
   }
-  fmt::print("\n  {:<18} {:>9} {:>9} {:>9} {:>9} {:>8} {:>7}  motor\n", "joint", "min rad",
-             "max rad", "N·m", "rad/s", "kp", "kd");
+  print("\n  {:<18} {:>9} {:>9} {:>9} {:>9} {:>8} {:>7}  motor\n", "joint", "min rad", "max rad",
+        "N·m", "rad/s", "kp", "kd");
   const auto number = [](double x) {
     return std::isfinite(x) ? fmt::format("{:.4g}", x) : std::string("-");
   };
   for (const sim::Joint& joint : model->joints()) {
     const auto gain = robot->gains.find(joint.name);
     const bool has_gain = gain != robot->gains.end();
-    fmt::print("  {:<18} {:>9} {:>9} {:>9} {:>9} {:>8} {:>7}  {}\n", joint.name,
-               number(joint.limit.min), number(joint.limit.max), number(joint.limit.torque),
-               number(joint.limit.speed), has_gain ? number(gain->second.kp) : "-",
-               has_gain ? number(gain->second.kd) : "-", joint.motor >= 0 ? "yes" : "no");
+    print("  {:<18} {:>9} {:>9} {:>9} {:>9} {:>8} {:>7}  {}\n", joint.name, number(joint.limit.min),
+          number(joint.limit.max), number(joint.limit.torque), number(joint.limit.speed),
+          has_gain ? number(gain->second.kp) : "-", has_gain ? number(gain->second.kd) : "-",
+          joint.motor >= 0 ? "yes" : "no");
   }
   if (std::any_of(model->joints().begin(), model->joints().end(),
                   [](const sim::Joint& joint) { return joint.slides; })) {
-    fmt::print("  slides (m, N, m/s): {}\n", [&] {
+    print("  slides (m, N, m/s): {}\n", [&] {
       std::vector<std::string> names;
       for (const sim::Joint& joint : model->joints()) {
         if (joint.slides) names.push_back(joint.name);
@@ -154,23 +155,23 @@ int inspect(const Arguments& a) {
   }
   for (const char* part : {"mirrored", "limbs", "groups", "contacts"}) {
     if (!j.contains(part)) continue;
-    fmt::print("\n  {}\n", part);
+    print("\n  {}\n", part);
     for (const auto& [name, value] : j[part].items()) {
-      fmt::print("    {:<16} {}\n", name,
-                 value.is_string() ? value.get<std::string>()
-                                   : join(value.get<std::vector<std::string>>()));
+      print("    {:<16} {}\n", name,
+            value.is_string() ? value.get<std::string>()
+                              : join(value.get<std::vector<std::string>>()));
     }
   }
   if (j.contains("poses")) {
-    fmt::print("\n  poses: {}\n", join(j["poses"].get<std::vector<std::string>>()));
+    print("\n  poses: {}\n", join(j["poses"].get<std::vector<std::string>>()));
   }
-  fmt::print("\n");
+  print("\n");
   for (const Need& n : needs(*model)) {
-    fmt::print("  {:<6} {}\n", n.verb,
-               n.missing.empty() ? "has all it needs" : "misses " + join(n.missing, "; "));
+    print("  {:<6} {}\n", n.verb,
+          n.missing.empty() ? "has all it needs" : "misses " + join(n.missing, "; "));
   }
   if (const auto left = leftToSkills(*robot, *model); !left.empty()) {
-    fmt::print("  left to each skill to say: {}\n", join(left, "; "));
+    print("  left to each skill to say: {}\n", join(left, "; "));
   }
   return kDone;
 }

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <ctime>
 
+#include "apps/cli/output.h"
 #include "apps/cli/verbs.h"
 
 namespace traceur::cli {
@@ -21,7 +22,7 @@ Interrupt::Interrupt() {
     while (!done.stop_requested()) {
       if (sigtimedwait(&signals, nullptr, &pause) < 0) continue;
       if (source_.stop_requested()) _exit(kInterrupted);
-      fmt::print(stderr, "\nstopping after what is under way …\n");
+      note("\nstopping after what is under way …\n");
       source_.request_stop();
     }
   });

@@ -6,6 +6,7 @@
 
 #include "apps/cli/arguments.h"
 #include "apps/cli/interrupt.h"
+#include "apps/cli/output.h"
 #include "apps/cli/search.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
@@ -73,28 +74,28 @@ void report(const Arguments& a, const Skill& skill, const optim::Summary& summar
       j["parameters"][skill.parameters[i].name] = p.best->x[static_cast<Eigen::Index>(i)];
     }
     j["run"] = out;
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
     return;
   }
   if (a.quiet) return;
   const auto& t = skill.task;
   const std::string fails = r.failed() ? "the trial fails: " + r.ended : "";
   if (says) {
-    fmt::print("{}: {} {:.4g} {}, asked {:.4g} {} ({})\n", skill.name, t.name, r.achieved, t.unit,
-               a.options.task, t.unit,
-               !fails.empty() ? fails
-               : reached      ? "reached"
-                              : "not within the tolerance yet");
+    print("{}: {} {:.4g} {}, asked {:.4g} {} ({})\n", skill.name, t.name, r.achieved, t.unit,
+          a.options.task, t.unit,
+          !fails.empty() ? fails
+          : reached      ? "reached"
+                         : "not within the tolerance yet");
   } else {
     const double target = skill.target_cost;
-    fmt::print("{}: best cost {:.4g}{}{}\n", skill.name, p.best->evaluation.cost,
-               std::isfinite(target) ? fmt::format(", target {:.4g}", target) : "",
-               fails.empty() ? "" : " (" + fails + ")");
+    print("{}: best cost {:.4g}{}{}\n", skill.name, p.best->evaluation.cost,
+          std::isfinite(target) ? fmt::format(", target {:.4g}", target) : "",
+          fails.empty() ? "" : " (" + fails + ")");
   }
-  fmt::print("  {} trials, best cost {:.3g}, ended: {}\n", p.evaluations, p.best->evaluation.cost,
-             words(summary.stop));
-  fmt::print("  run file   {}\n  film       traceur render {}\n  figures    traceur plot {}\n", out,
-             out, out);
+  print("  {} trials, best cost {:.3g}, ended: {}\n", p.evaluations, p.best->evaluation.cost,
+        words(summary.stop));
+  print("  run file   {}\n  film       traceur render {}\n  figures    traceur plot {}\n", out, out,
+        out);
 }
 
 void requireInRange(const Skill& skill, double task, const char* option) {
@@ -118,18 +119,18 @@ void report(const Arguments& a, const Skill& skill, const optim::Summary& summar
                              {"stop", summary.stop.reason},
                              {"seed", a.options.seed},
                              {"run", out}};
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
     return;
   }
   if (a.quiet) return;
-  fmt::print("{}: a family over {} {:g} to {:g} {}, mean cost {:.3g}\n", skill.name,
-             skill.task.name, tasks[0], tasks[tasks.size() - 1], skill.task.unit, family.cost);
+  print("{}: a family over {} {:g} to {:g} {}, mean cost {:.3g}\n", skill.name, skill.task.name,
+        tasks[0], tasks[tasks.size() - 1], skill.task.unit, family.cost);
   for (Eigen::Index i = 0; i < tasks.size(); ++i) {
-    fmt::print("  {:<8.4g} cost {:.3g}\n", tasks[i], family.task_costs[i]);
+    print("  {:<8.4g} cost {:.3g}\n", tasks[i], family.task_costs[i]);
   }
-  fmt::print("  {} trials, ended: {}\n", p.evaluations, words(summary.stop));
-  fmt::print("  run file   {}\n  perform    traceur perform {} --task {:g}\n", out, out,
-             tasks[tasks.size() / 2]);
+  print("  {} trials, ended: {}\n", p.evaluations, words(summary.stop));
+  print("  run file   {}\n  perform    traceur perform {} --task {:g}\n", out, out,
+        tasks[tasks.size() / 2]);
 }
 
 /// One skill for a range of tasks.
@@ -165,14 +166,14 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
   const std::optional<optim::Family> family = optimiser->best();
   if (family) report(a, *skill, summary, tasks, *family, out);
   if (summary.end == optim::End::kInterrupted) {
-    fmt::print(stderr, "stopped; the same command with --resume goes on\n");
+    note("stopped; the same command with --resume goes on\n");
     return kInterrupted;
   }
   if (family) return kDone;
   const bool more = summary.end == optim::End::kBudget;
-  fmt::print(stderr, "traceur: no curve was run at all {} tasks in {} trials, ended: {}{}\n",
-             tasks.size(), summary.progress.evaluations, words(summary.stop),
-             more ? "; --resume with a larger --budget goes on" : "");
+  note("traceur: no curve was run at all {} tasks in {} trials, ended: {}{}\n", tasks.size(),
+       summary.progress.evaluations, words(summary.stop),
+       more ? "; --resume with a larger --budget goes on" : "");
   return kFailed;
 }
 
@@ -217,20 +218,20 @@ int learn(const Arguments& arguments) {
               .stop = interrupt.token(),
               .quiet = a.quiet || a.json});
   if (!summary.progress.best && summary.end == optim::End::kInterrupted) {
-    fmt::print(stderr, "traceur: stopped before the first generation was finished\n");
+    note("traceur: stopped before the first generation was finished\n");
     return kInterrupted;
   }
   if (!summary.progress.best) {
     const optim::Progress& p = summary.progress;
     run.setMeta({{"stop", words(summary.stop)}});
-    fmt::print(stderr, "traceur: no trial gave a cost: {} of {} failed, ended: {}\n", p.failed,
-               p.evaluations, words(summary.stop));
+    note("traceur: no trial gave a cost: {} of {} failed, ended: {}\n", p.failed, p.evaluations,
+         words(summary.stop));
     return kFailed;
   }
   const skill::Rollout best = record(run, skill, summary, o.task);
   report(a, *skill, summary, best, out);
   if (summary.end != optim::End::kInterrupted) return kDone;
-  fmt::print(stderr, "stopped; the same command with --resume goes on\n");
+  note("stopped; the same command with --resume goes on\n");
   return kInterrupted;
 }
 

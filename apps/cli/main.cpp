@@ -1,10 +1,12 @@
 // The program `traceur`: one verb a job.
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <algorithm>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "apps/cli/output.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
@@ -13,8 +15,8 @@
 namespace traceur::cli {
 namespace {
 
-int complain(int code, const std::string& message) {
-  fmt::print(stderr, "traceur: {}\n", message);
+int failWith(int code, const std::string& message) {
+  complain(message);
   return code;
 }
 
@@ -58,31 +60,50 @@ int run(int argc, char** argv) {
     std::vector<std::string> names;
     for (const CLI::App* v : program.get_subcommands({})) names.push_back(v->get_name());
     if (std::find(names.begin(), names.end(), argv[1]) == names.end()) {
-      return complain(kWrongUse, fmt::format("no verb \"{}\".{} Known: {}", argv[1],
+      return failWith(kWrongUse, fmt::format("no verb \"{}\".{} Known: {}", argv[1],
                                              didYouMean(argv[1], names), join(names)));
     }
   }
   try {
     program.parse(argc, argv);
   } catch (const CLI::Success& e) {
-    return program.exit(e);  // --help, --version
+    std::ostringstream asked;  // --help, --version
+    const int code = program.exit(e, asked, asked);
+    writeResult(asked.str());
+    return code;
   } catch (const CLI::ParseError& e) {
     if (argc == 1) {
-      fmt::print("{}", program.help());
+      writeResult(program.help());
       return kWrongUse;
     }
-    return complain(kWrongUse, explain(program, e));
+    return failWith(kWrongUse, explain(program, e));
+  } catch (const OutputError&) {
+    throw;
   } catch (const InputError& e) {
-    return complain(kWrongUse, e.what());
+    return failWith(kWrongUse, e.what());
   } catch (const std::exception& e) {
-    return complain(kFailed, e.what());
+    return failWith(kFailed, e.what());
   }
   return exit_code;
+}
+
+/// The same, and whether everything it printed has arrived.
+int runAndFlush(int argc, char** argv) {
+  openStandardDescriptors();
+  try {
+    const int code = run(argc, argv);
+    flushResults();
+    return code;
+  } catch (const OutputError& e) {
+    return failWith(kFailed, e.what());
+  } catch (const BrokenPipe&) {
+    endByBrokenPipe();
+  }
 }
 
 }  // namespace
 }  // namespace traceur::cli
 
 int main(int argc, char** argv) {
-  return traceur::cli::run(argc, argv);
+  return traceur::cli::runAndFlush(argc, argv);
 }

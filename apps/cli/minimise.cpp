@@ -7,6 +7,7 @@
 #include "apps/cli/arguments.h"
 #include "apps/cli/external_problem.h"
 #include "apps/cli/interrupt.h"
+#include "apps/cli/output.h"
 #include "apps/cli/search.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
@@ -171,26 +172,25 @@ void report(const Arguments& a, const ExternalFunction& f, const optim::Summary&
   j["stop_limit"] = summary.stop.limit;
   j["run"] = out;
   if (a.json) {
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
     return;
   }
   if (a.quiet) return;
   if (j.contains("x")) {
-    for (const auto& [name, value] : j["x"].items()) fmt::print("{:<16} {}\n", name, value.dump());
+    for (const auto& [name, value] : j["x"].items()) print("{:<16} {}\n", name, value.dump());
   }
   if (j.contains("tasks")) {
     for (const auto& task : j["tasks"]) {
-      fmt::print("task {:<8g} cost {:<12.5g}", task["task"].get<double>(),
-                 task["cost"].get<double>());
+      print("task {:<8g} cost {:<12.5g}", task["task"].get<double>(), task["cost"].get<double>());
       for (const auto& [name, value] : task["x"].items()) {
-        fmt::print("  {} {:.6g}", name, value.get<double>());
+        print("  {} {:.6g}", name, value.get<double>());
       }
-      fmt::print("\n");
+      print("\n");
     }
   }
-  fmt::print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n",
-             j.value("best_cost", NAN), j.value("feasible", true) ? "" : " (violates a constraint)",
-             p.evaluations, p.failed, words(summary.stop), out);
+  print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n", j.value("best_cost", NAN),
+        j.value("feasible", true) ? "" : " (violates a constraint)", p.evaluations, p.failed,
+        words(summary.stop), out);
 }
 
 int minimise(const Arguments& arguments) {
@@ -224,7 +224,7 @@ int minimise(const Arguments& arguments) {
   const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(optimiser.get());
   const bool found = family ? family->best().has_value() : summary.progress.best.has_value();
   if (!found && summary.end == optim::End::kInterrupted) {
-    fmt::print(stderr, "stopped; the same command with --resume goes on\n");
+    note("stopped; the same command with --resume goes on\n");
     return kInterrupted;
   }
   if (!found) {
@@ -234,12 +234,12 @@ int minimise(const Arguments& arguments) {
             ? fmt::format("no curve was run at all {} tasks in {} trials", function.tasks.size(),
                           p.evaluations)
             : fmt::format("no trial gave a cost: {} of {} failed", p.failed, p.evaluations);
-    fmt::print(stderr, "traceur: {}, ended: {}\n", what, words(summary.stop));
+    note("traceur: {}, ended: {}\n", what, words(summary.stop));
     return kFailed;
   }
   report(a, function, summary, *optimiser, out);
   if (summary.end != optim::End::kInterrupted) return kDone;
-  fmt::print(stderr, "stopped; the same command with --resume goes on\n");
+  note("stopped; the same command with --resume goes on\n");
   return kInterrupted;
 }
 

@@ -7,11 +7,14 @@
 #include <optional>
 
 #include "apps/cli/arguments.h"
+#include "apps/cli/csv.h"
 #include "apps/cli/family_run.h"
+#include "apps/cli/output.h"
 #include "apps/cli/perturb.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/printable.h"
 #include "traceur/core/text.h"
 #include "traceur/core/thread_pool.h"
 #include "traceur/render/figure.h"
@@ -109,7 +112,7 @@ int performTasks(const Arguments& a, const FamilyRun& f) {
     failed = failed || p.rollout.failed();
     j["performed"].push_back(toJson(p, t));
     recording.title = toText(p, t);
-    if (!a.json) fmt::print("{}: {}\n", f.skill->name, recording.title);
+    if (!a.json) print("{}: {}\n", f.skill->name, recording.title);
     if (!a.no_picture) recordings.push_back(std::move(recording));
   }
   if (tasks.size() > kMostInName) name += fmt::format("-{}-tasks", tasks.size());
@@ -118,9 +121,9 @@ int performTasks(const Arguments& a, const FamilyRun& f) {
     render::writePng(render::filmStrips(recordings, {.count = a.count, .columns = a.count}),
                      picture);
     j["picture"] = picture.string();
-    if (!a.json) fmt::print("{}\n", picture.string());
+    if (!a.json) print("{}\n", picture.string());
   }
-  if (a.json) fmt::print("{}\n", j.dump(2));
+  if (a.json) printJson(j);
   return failed ? kFailed : kDone;
 }
 
@@ -139,7 +142,7 @@ int sweep(const Arguments& a, const FamilyRun& f) {
 
   std::string csv =
       fmt::format("# {} of {}, task and achieved in {}\ntask,achieved,error,cost,failed,ended\n",
-                  t.name, f.skill->name, t.unit);
+                  printable(t.name), printable(f.skill->name), printable(t.unit));
   std::vector<double> errors;
   int fails = 0;
   int within = 0;
@@ -155,7 +158,7 @@ int sweep(const Arguments& a, const FamilyRun& f) {
                          render::kGrey};
   for (const Performance& p : all) {
     csv += fmt::format("{},{},{},{},{},{}\n", p.task, p.rollout.achieved, p.error(), p.rollout.cost,
-                       p.rollout.failed() ? 1 : 0, p.rollout.ended);
+                       p.rollout.failed() ? 1 : 0, csvField(p.rollout.ended));
     if (!p.rollout.failed() && !std::isnan(p.error())) errors.push_back(std::abs(p.error()));
     fails += p.rollout.failed();
     within += p.within(t.tolerance);
@@ -195,16 +198,16 @@ int sweep(const Arguments& a, const FamilyRun& f) {
                              {"max_error", numberOrNull(largest)},
                              {"csv", table.string()}};
     if (!a.no_picture) j["picture"] = picture.string();
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
   } else {
-    fmt::print("{}: {} tasks, {} failed, {} within {:g} {}", f.skill->name, a.sweep, fails, within,
-               t.tolerance, t.unit);
+    print("{}: {} tasks, {} failed, {} within {:g} {}", f.skill->name, a.sweep, fails, within,
+          t.tolerance, t.unit);
     if (!errors.empty()) {
-      fmt::print("; |error| of those that did not fail: median {:.3g} {}, largest {:.3g} {}",
-                 median, t.unit, largest, t.unit);
+      print("; |error| of those that did not fail: median {:.3g} {}, largest {:.3g} {}", median,
+            t.unit, largest, t.unit);
     }
-    fmt::print("\n{}\n", table.string());
-    if (!a.no_picture) fmt::print("{}\n", picture.string());
+    print("\n{}\n", table.string());
+    if (!a.no_picture) print("{}\n", picture.string());
   }
   return fails > 0 ? kFailed : kDone;
 }

@@ -6,11 +6,14 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/csv.h"
 #include "apps/cli/interrupt.h"
+#include "apps/cli/output.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/printable.h"
 #include "traceur/core/random.h"
 #include "traceur/core/thread_pool.h"
 #include "traceur/render/figure.h"
@@ -123,14 +126,14 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
   });
   line.finish();
   if (interrupt.token().stop_requested()) {
-    fmt::print(stderr, "stopped; nothing was written\n");
+    note("stopped; nothing was written\n");
     return kInterrupted;
   }
 
   std::string csv = fmt::format(
       "# {} of {}, task and achieved in {}; delay in s, noise in rad and m/s\n"
       "kind,mass,friction,delay,encoder_noise,velocity_noise,task,achieved,error,failed,ended\n",
-      task.name, f.skill->name, task.unit);
+      printable(task.name), printable(f.skill->name), printable(task.unit));
   std::vector<Count> counts(kinds().size());
   render::Figure figure;
   figure.title = fmt::format("{}: what the family withstands", f.skill->name);
@@ -150,10 +153,10 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
         const skill::Rollout& r = rollouts[i][t];
         const double error = r.achieved - tasks[t];
         const bool within = !r.failed() && std::abs(error) <= task.tolerance;
-        csv +=
-            fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", c.kind, d.mass,
-                        d.friction ? fmt::format("{}", *d.friction) : "", d.delay, d.encoder_noise,
-                        d.velocity_noise, tasks[t], r.achieved, error, r.failed() ? 1 : 0, r.ended);
+        csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", c.kind, d.mass,
+                           d.friction ? fmt::format("{}", *d.friction) : "", d.delay,
+                           d.encoder_noise, d.velocity_noise, tasks[t], r.achieved, error,
+                           r.failed() ? 1 : 0, csvField(r.ended));
         ++count.trials;
         count.failed += r.failed();
         count.within += within;
@@ -180,8 +183,8 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
 
   nlohmann::ordered_json j{{"skill", f.skill->name}, {"tolerance", task.tolerance}};
   if (!o.json) {
-    fmt::print("{}: trials that fail, that are within {:g} {} of the task, median |error|\n",
-               f.skill->name, task.tolerance, task.unit);
+    print("{}: trials that fail, that are within {:g} {} of the task, median |error|\n",
+          f.skill->name, task.tolerance, task.unit);
   }
   for (size_t k = 0; k < kinds().size(); ++k) {
     const Count& c = counts[k];
@@ -193,17 +196,17 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
         {"median_error",
          std::isnan(error) ? nlohmann::ordered_json() : nlohmann::ordered_json(error)}};
     if (o.json) continue;
-    fmt::print("  {:<10} {:>4} trials  {:>5.1f} % fail  {:>5.1f} % within  {}\n", kinds()[k].name,
-               c.trials, 100.0 * c.failed / c.trials, 100.0 * c.within / c.trials,
-               std::isnan(error) ? "-" : fmt::format("{:.2g} {}", error, task.unit));
+    print("  {:<10} {:>4} trials  {:>5.1f} % fail  {:>5.1f} % within  {}\n", kinds()[k].name,
+          c.trials, 100.0 * c.failed / c.trials, 100.0 * c.within / c.trials,
+          std::isnan(error) ? "-" : fmt::format("{:.2g} {}", error, task.unit));
   }
   j["csv"] = table.string();
   if (o.picture) j["picture"] = picture.string();
   if (o.json) {
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
   } else {
-    fmt::print("{}\n", table.string());
-    if (o.picture) fmt::print("{}\n", picture.string());
+    print("{}\n", table.string());
+    if (o.picture) print("{}\n", picture.string());
   }
   return kDone;
 }

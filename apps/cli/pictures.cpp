@@ -6,6 +6,7 @@
 #include "apps/cli/arguments.h"
 #include "apps/cli/family_run.h"
 #include "apps/cli/interrupt.h"
+#include "apps/cli/output.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
@@ -96,7 +97,7 @@ int renderRun(const RenderArguments& a) {
         return kInterrupted;  // and no file is left
       }
     }
-    if (!a.quiet) fmt::print("{}\n", f.string());
+    if (!a.quiet) print("{}\n", f.string());
   }
   return kDone;
 }
@@ -152,7 +153,7 @@ int plotRun(const PlotArguments& a) {
                                   : w == "com"    ? render::comFigure(*recording)
                                                   : render::contactFigure(*recording);
     render::writeFigure(figure, file);
-    fmt::print("{}\n", file.string());
+    print("{}\n", file.string());
   }
   return kDone;
 }

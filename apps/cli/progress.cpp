@@ -1,24 +1,42 @@
 #include "apps/cli/progress.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <cstdlib>
+#include <optional>
+
+#include "apps/cli/output.h"
+#include "traceur/core/printable.h"
+#include "traceur/core/text.h"
 
 namespace traceur::cli {
 
 namespace {
 
 constexpr int kBarWidth = 24;
+constexpr int kLeastBar = 6;              // columns: a shorter one shows nothing [ours]
+constexpr int kShortTitle = 12;           // columns: of a longer one so much stays [ours]
 constexpr double kEveryOnTerminal = 0.1;  // [s]
 constexpr double kEveryElsewhere = 5;     // [s]: a log stays readable
 
+/// Of the terminal, now: a person may resize it.
+int terminalColumns() {
+  winsize size{};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  static constexpr double kMost = 10'000;
+  const char* columns = std::getenv("COLUMNS");
+  const std::optional<double> told = columns ? parseNumber(columns) : std::nullopt;
+  return told && *told >= 1 && *told <= kMost ? static_cast<int>(*told) : 80;
+}
+
 }  // namespace
 
-ProgressLine::ProgressLine(std::string title, double total, double done, bool quiet)
-    : title_(std::move(title)),
+ProgressLine::ProgressLine(const std::string& title, double total, double done, bool quiet)
+    : title_(printable(title)),
       total_(total),
       first_(done),
       quiet_(quiet),
@@ -39,26 +57,34 @@ void ProgressLine::update(double done, const std::string& note, const char* unit
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const double rate = elapsed > 0 ? (done - first_) / elapsed : 0;
-  std::string text = fmt::format("{:.0f}/{:.0f}  {}", done, total_, note);
+  std::string text = fmt::format("{:.0f}/{:.0f}  {}", done, total_, printable(note));
   if (rate > 0) {
     text += fmt::format("  {:.{}f} {}  {} left", rate, rate < 1 ? 4 : 1, unit_rate,
                         duration(std::max(0.0, total_ - done) / rate));
   }
   if (terminal_) {
-    const double part = std::clamp(done / total_, 0.0, 1.0);
-    const int full = static_cast<int>(std::lround(part * kBarWidth));
-    fmt::print(stderr, "\r\033[K{} [{}{}] {}", title_, std::string(full, '='),
-               std::string(kBarWidth - full, ' '), text);
-    open_ = true;
+    writeLine(progressText(title_, done / total_, text, terminalColumns()));
   } else {
-    fmt::print(stderr, "{} {}\n", title_, text);
+    writeNote(title_ + " " + text + "\n");
   }
-  std::fflush(stderr);
 }
 
 void ProgressLine::finish() {
-  if (open_) fmt::print(stderr, "\n");
-  open_ = false;
+  if (!quiet_ && terminal_) endLine();
+}
+
+std::string progressText(const std::string& title, double part, const std::string& text,
+                         int columns) {
+  const int room = std::max(0, columns - 1);
+  const int least = columnsOf(title) + 1 + columnsOf(text);
+  const int bar = std::min(kBarWidth, room - least - 3);  // [, ] and a space
+  if (bar >= kLeastBar) {
+    const int full = static_cast<int>(std::lround(std::clamp(part, 0.0, 1.0) * bar));
+    return fmt::format("{} [{}{}] {}", title, std::string(full, '='), std::string(bar - full, ' '),
+                       text);
+  }
+  const int for_title = std::max(kShortTitle, room - 1 - columnsOf(text));
+  return cutToColumns(cutToColumns(title, for_title) + " " + text, room);
 }
 
 std::string duration(double seconds) {

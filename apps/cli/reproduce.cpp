@@ -7,6 +7,7 @@
 
 #include "apps/cli/arguments.h"
 #include "apps/cli/interrupt.h"
+#include "apps/cli/output.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/reproduce_pictures.h"
 #include "apps/cli/verbs.h"
@@ -227,11 +228,11 @@ int draw(const Drawing& drawing, const Arguments& a) {
   const nlohmann::ordered_json told = drawing.draw(a.first_seed, out);
   j.update(told);
   if (a.json) {
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
     return kDone;
   }
-  if (told.contains("summary")) fmt::print("{}\n", told["summary"].get<std::string>());
-  fmt::print("{}\n", out);
+  if (told.contains("summary")) writeResult(told["summary"].get<std::string>() + "\n");
+  print("{}\n", out);
   return kDone;
 }
 
@@ -280,7 +281,7 @@ int reproduceTable(const Arguments& a) {
                         out);
   }
   if (!whole) {
-    fmt::print(stderr, "stopped; the same command goes on with {}\n", out);
+    note("stopped; the same command goes on with {}\n", out);
     return kInterrupted;
   }
   nlohmann::ordered_json json;
@@ -289,19 +290,18 @@ int reproduceTable(const Arguments& a) {
     if (a.json) {
       json["tables"].push_back(asJson(told.table(), summary));
     } else {
-      fmt::print("{}{}",
-                 a.markdown ? asMarkdown(told.table(), summary) : asText(told.table(), summary),
-                 table.readings ? "\n" : "");
+      writeResult(a.markdown ? asMarkdown(told.table(), summary) : asText(told.table(), summary));
+      if (table.readings) writeResult("\n");
     }
   }
-  if (a.json) fmt::print("{}\n", (table.readings ? json : json["tables"][0]).dump(2));
+  if (a.json) printJson(table.readings ? json : json["tables"][0]);
   std::string picture = a.picture;
   if (picture.empty() && figure && !a.no_run) {
     picture = std::filesystem::path(out).replace_extension(".png").string();
   }
   if (!picture.empty()) drawTable(results, picture);
-  if (!a.quiet && !picture.empty()) fmt::print(stderr, "figure: {}\n", picture);
-  if (!a.quiet && !a.no_run) fmt::print(stderr, "every run: {}\n", out);
+  if (!a.quiet && !picture.empty()) note("figure: {}\n", picture);
+  if (!a.quiet && !a.no_run) note("every run: {}\n", out);
   return kDone;
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/family_run.h"
+#include "apps/cli/output.h"
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/hash.h"
@@ -74,20 +75,19 @@ int show(const std::string& file, bool json) {
     }
   }
   if (json) {
-    fmt::print("{}\n", j.dump(2));
+    printJson(j);
     return kDone;
   }
   for (const auto& [key, value] : j.items()) {
     if (!value.is_object()) {
-      fmt::print("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+      print("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
       continue;
     }
-    fmt::print("{}\n", key);
-    for (const auto& [name, number] : value.items())
-      fmt::print("  {:<24} {}\n", name, number.dump());
+    print("{}\n", key);
+    for (const auto& [name, number] : value.items()) print("  {:<24} {}\n", name, number.dump());
   }
   if (!run.meta("stop")) {
-    fmt::print("cut off: {} … --resume finishes it\n", meta("verb"));
+    print("cut off: {} … --resume finishes it\n", meta("verb"));
   }
   return kDone;
 }
