@@ -46,6 +46,10 @@ PendingFile::~PendingFile() {
   unlink(beside_.c_str());
 }
 
+std::filesystem::path PendingFile::plainName() const {
+  return fmt::format("/proc/{}/fd/{}", getpid(), fd_);
+}
+
 void PendingFile::write(std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd_, bytes.data(), bytes.size());

@@ -12,7 +12,7 @@ void makeFolder(const std::filesystem::path& folder);
 
 /// Life of a pending file:
 ///   1. The constructor makes an empty file beside the final one, under another name.
-///   2. Either write() fills it, or another program does through beside().
+///   2. Either write() fills it, or another program does through beside() or plainName().
 ///   3. commit() gives it its name, replacing what was there; without it the destructor removes it.
 /// All throw SystemError "cannot write PATH: …".
 class PendingFile {
@@ -23,6 +23,9 @@ class PendingFile {
   PendingFile& operator=(const PendingFile&) = delete;
 
   const std::filesystem::path& beside() const { return beside_; }
+  /// The same file under a name that has no odd letters, whatever its own has: for a program that
+  /// finds a meaning in some. Good while this object lives.
+  std::filesystem::path plainName() const;
   void write(std::string_view bytes);
   void commit();
 

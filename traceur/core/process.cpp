@@ -34,9 +34,19 @@ constexpr off_t kMostWords = 2000;  // of a failed program's complaints, the las
           : fmt::format("cannot run {}: {}", program, std::generic_category().message(error)));
 }
 
+/// Ours, without the variables that begin so; ends in a null, as a program expects it.
+std::vector<char*> environmentWithout(std::string_view hidden) {
+  std::vector<char*> variables;
+  for (char** v = environ; *v; ++v) {
+    if (hidden.empty() || !std::string_view(*v).starts_with(hidden)) variables.push_back(*v);
+  }
+  variables.push_back(nullptr);
+  return variables;
+}
+
 }  // namespace
 
-Process::Process(const std::vector<std::string>& argv, Output output)
+Process::Process(const std::vector<std::string>& argv, Output output, std::string_view hidden)
     : name_(argv.at(0)), output_(output) {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) failToRun(name_, errno);
@@ -73,7 +83,9 @@ Process::Process(const std::vector<std::string>& argv, Output output)
   args.reserve(argv.size() + 1);
   for (const std::string& a : argv) args.push_back(const_cast<char*>(a.c_str()));
   args.push_back(nullptr);
-  const int error = posix_spawnp(&pid_, args[0], &files, &attributes, args.data(), environ);
+  const std::vector<char*> environment = environmentWithout(hidden);
+  const int error =
+      posix_spawnp(&pid_, args[0], &files, &attributes, args.data(), environment.data());
   posix_spawn_file_actions_destroy(&files);
   posix_spawnattr_destroy(&attributes);
   close(ends[1]);

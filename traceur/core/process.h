@@ -23,7 +23,9 @@ class Process {
     kTalk      ///< readLine() reads its standard output; its standard error is ours
   };
 
-  explicit Process(const std::vector<std::string>& argv, Output output = Output::kDropped);
+  /// @param hidden  environment variables whose names begin so are kept from it; "": none
+  explicit Process(const std::vector<std::string>& argv, Output output = Output::kDropped,
+                   std::string_view hidden = {});
   ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;

@@ -10,6 +10,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/printable.h"
 #include "traceur/core/process.h"
 
 namespace traceur::render {
@@ -35,12 +36,12 @@ constexpr double kLegendSample = 48;
 constexpr double kTickDistance = 25;
 constexpr double kScale = 62;  // the scale of colours beside squares
 
-/// A gnuplot string: nothing in single quotes means anything but the quote itself.
+/// A gnuplot string: in one line, and nothing in single quotes means anything but the quote itself.
 std::string verbatim(std::string_view text) {
   std::string q = "'";
-  for (const char c : text) {
+  for (const char c : printable(text)) {
     if (c == '\'') q += '\'';
-    q += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+    q += c;
   }
   return q + "'";
 }
@@ -174,7 +175,8 @@ class Script {
     if (hasSquares(p)) legend_ = std::max(legend_, kScale);
     if (!crowded(p)) return;
     for (const Series& s : p.series) {
-      legend_ = std::max(legend_, kLegendSample + kLetter * static_cast<double>(letters(s.label)));
+      legend_ = std::max(
+          legend_, kLegendSample + kLetter * static_cast<double>(letters(printable(s.label))));
     }
   }
 
@@ -304,7 +306,7 @@ class Script {
       if (m.label.empty()) continue;
       // A label that would run into the one before is left out; its line stays.
       const double at = (m.x - x_.low) / (x_.high - x_.low) * width_;
-      const double end = at + 0.85 * kLetter * static_cast<double>(letters(m.label));
+      const double end = at + 0.85 * kLetter * static_cast<double>(letters(printable(m.label)));
       if (at < free || end > width_ + kRight) continue;
       free = end + 0.5 * kLetter;
       label(m.label, "first " + number(m.x) + ", graph 1 left offset 0,0.5", 11, "#666666");
@@ -412,9 +414,10 @@ void writeFigure(const Figure& figure, const std::filesystem::path& path) {
   check(figure);
   requireFigureName(path);
   PendingFile file(path);
-  // --default-settings: a personal start-up file must not change our figures.
-  Process gnuplot({"gnuplot", "--default-settings"});
-  gnuplot.write(Script(figure, path.extension() == ".svg").make(file.beside()));
+  // A personal start-up file, or GNUTERM, must not change our figures. And gnuplot runs what a name
+  // says that begins with "|": it never gets to see the person's.
+  Process gnuplot({"gnuplot", "--default-settings"}, Process::Output::kDropped, "GNU");
+  gnuplot.write(Script(figure, path.extension() == ".svg").make(file.plainName()));
   const std::string said = gnuplot.finish();
   if (std::filesystem::file_size(file.beside()) == 0) {
     throw SystemError(fmt::format("cannot write {}: gnuplot drew nothing{}{}", path.string(),

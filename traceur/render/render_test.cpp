@@ -647,6 +647,53 @@ TEST(Video, OfPicturesAsTheyAre) {
   EXPECT_EQ(folder.files(), 1);
 }
 
+/// Names in which gnuplot, ffmpeg or a shell find a meaning, for a folder and for a file.
+const std::vector<std::string>& oddNames() {
+  static const std::vector<std::string> kNames = {"|touch PWNED;#",
+                                                  "-y",
+                                                  "`touch PWNED`",
+                                                  "$(touch PWNED)",
+                                                  "it's \"quoted\"",
+                                                  "a\nb'; !touch PWNED\n",
+                                                  "%03d",
+                                                  "pipe:1",
+                                                  "concat:a|b",
+                                                  "< date",
+                                                  "back\\",
+                                                  "~",
+                                                  "\x1b[31m",
+                                                  "\xff"};
+  return kNames;
+}
+
+/// The folder to work in, for as long as it lives.
+class WorkIn {
+ public:
+  explicit WorkIn(const std::filesystem::path& folder) { std::filesystem::current_path(folder); }
+  ~WorkIn() { std::filesystem::current_path(was_); }
+  WorkIn(const WorkIn&) = delete;
+  WorkIn& operator=(const WorkIn&) = delete;
+
+ private:
+  std::filesystem::path was_ = std::filesystem::current_path();
+};
+
+TEST(Video, AnyNameIsOnlyAName) {
+  const Folder folder;
+  const WorkIn here(folder.path());
+  for (const std::string& name : oddNames()) {
+    SCOPED_TRACE(name);
+    std::filesystem::create_directory(name);
+    const std::string file = name + "/" + name + ".mp4";
+    VideoFile video(file, 64, 48, 10);
+    video.add(Image(64, 48));
+    video.finish();
+    EXPECT_GT(std::filesystem::file_size(file), 0);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(name), {}), 1);
+  }
+  EXPECT_EQ(folder.files(), static_cast<int>(oddNames().size()));
+}
+
 TEST(Video, SaysWhatIsWrongAndLeavesNothing) {
   const Folder folder;
   const VideoOptions small = {.width = 64, .height = 48, .fps = 5};
@@ -776,6 +823,54 @@ TEST(Figure, DrawsArrowsAndSquares) {
   figure.panels = {squares};
   figure.panels[0].series[0].side = 0;
   EXPECT_THROW(writeFigure(figure, folder / "a.png"), InputError);
+}
+
+TEST(Figure, AnyNameIsOnlyAName) {
+  const Folder folder;
+  const WorkIn here(folder.path());
+  Figure figure;
+  figure.width = 200;
+  figure.panels = {Panel()};
+  for (const std::string& name : oddNames()) {
+    SCOPED_TRACE(name);
+    std::filesystem::create_directory(name);
+    const std::string file = name + "/" + name;
+    writeFigure(figure, file + ".png");
+    writeFigure(figure, file + ".svg");
+    EXPECT_EQ(readPng(file + ".png").width, 200);
+    EXPECT_TRUE(has(textOf(file + ".svg"), "</svg>"));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(name), {}), 2);
+  }
+  EXPECT_EQ(folder.files(), static_cast<int>(oddNames().size()));
+}
+
+TEST(Figure, AnyLabelIsOnlyText) {
+  const Folder folder;
+  const WorkIn here(folder.path());
+  Figure figure;
+  for (const std::string& name : oddNames()) {
+    Panel panel;
+    panel.title = panel.xlabel = panel.ylabel = name;
+    panel.marks = {{0.5, name}};
+    panel.series.push_back({.label = name, .x = {0, 1}, .y = {0, 1}});
+    figure.panels.push_back(panel);
+  }
+  figure.title = "a\x1b[31m\nset output '|touch PWNED'\\";
+  writeFigure(figure, "a.svg");
+  const std::string svg = textOf("a.svg");
+  EXPECT_TRUE(has(svg, "a\\x1b[31m\\nset output '|touch PWNED'\\"));
+  EXPECT_EQ(svg.find('\x1b'), std::string::npos);
+  EXPECT_EQ(svg.find('\xff'), std::string::npos);
+  EXPECT_EQ(folder.files(), 1);
+}
+
+TEST(Figure, DrawsWhateverTerminalThePersonPrefers) {
+  const Folder folder;
+  for (const char* terminal : {"qt", "nonsense"}) {
+    setenv("GNUTERM", terminal, 1);
+    EXPECT_NO_THROW(writeFigure(example(), folder / "a.png")) << terminal;
+  }
+  unsetenv("GNUTERM");
 }
 
 TEST(Figure, SaysWhatIsWrongAndLeavesNothing) {
