@@ -13,6 +13,7 @@
 #include "fall_plan_text.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/printable.h"
 #include "traceur/fall/fall_experiment.h"
 #include "traceur/fall/plan_library.h"
 #include "traceur/render/figure.h"
@@ -87,7 +88,7 @@ std::string planInWords(const fall::FallProblem& problem, const FallExperiment::
 /// What makes another plan of the same fall, for names of files: "-without-hands-literal".
 std::string variantOf(const Arguments& a) {
   std::string variant;
-  for (const std::string& node : a.without) variant += "-without-" + node;
+  for (const std::string& node : a.without) variant += "-without-" + fileNamePart(node);
   if (a.literal) variant += "-literal";
   if (a.once) variant += "-once";
   if (a.exact) variant += "-exact";
@@ -255,18 +256,19 @@ int runFall(const Arguments& a) {
   }
   if (a.no_pictures) return kDone;
   print("\n");
-  const std::string folder = a.out.empty()
-                                 ? fmt::format("runs/fall-{}-{}-{}-{:g}N{}", falls->robot->name,
-                                               setup.stance, a.direction, push.force, variantOf(a))
-                                 : a.out;
+  const std::string folder =
+      a.out.empty() ? fmt::format("runs/fall-{}-{}-{}-{:g}N{}", fileNamePart(falls->robot->name),
+                                  fileNamePart(setup.stance), a.direction, push.force, variantOf(a))
+                    : a.out;
   draw(runs, a, folder, interrupt.token());
   return interrupt.token().stop_requested() ? kInterrupted : kDone;
 }
 
 int compileFalls(const Arguments& a) {
   const auto falls = readFalls(a.robot);
-  const fs::path folder =
-      a.out.empty() ? fs::path("runs") / ("fall-" + falls->robot->name) : fs::path(a.out);
+  const fs::path folder = a.out.empty()
+                              ? fs::path("runs") / ("fall-" + fileNamePart(falls->robot->name))
+                              : fs::path(a.out);
   std::map<fs::path, std::string> files = {{folder / "fall_plan.h", kFallPlanHeader}};
   const auto write = [](const fs::path& file, std::string_view bytes) {
     PendingFile pending(file);
@@ -289,8 +291,14 @@ int compileFalls(const Arguments& a) {
     const FallExperiment experiment(falls, setup, options);
     const fall::FallProblem& problem = experiment.problem();
     const fall::LibraryLabel label{falls->robot->name, setup.stance, setup.direction};
-    const fs::path file =
-        folder / fmt::format("{}-{}{}.fallplan", setup.stance, setup.direction, variantOf(a));
+    const fs::path file = folder / fmt::format("{}-{}{}.fallplan", fileNamePart(setup.stance),
+                                               setup.direction, variantOf(a));
+    if (files.contains(file)) {
+      throw InputError(
+          fmt::format("{}: two falls would be this file: expected stances that differ in letters, "
+                      "digits, - or _, got another \"{}\"",
+                      file.string(), setup.stance));
+    }
     files[file] =
         fall::compileLibrary(problem, fall::cachedTable(problem, label, fall::tableCache()), label);
   }

@@ -11,6 +11,7 @@
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
+#include "traceur/core/printable.h"
 #include "traceur/optim/all.h"
 #include "traceur/optim/family.h"
 #include "traceur/skill/rollout.h"
@@ -33,8 +34,9 @@ struct Arguments {
 };
 
 std::string defaultOut(const Skill& skill, const LearnOptions& o) {
-  if (!o.tasks.empty()) return fmt::format("runs/{}-family-seed{}.run", skill.name, o.seed);
-  return fmt::format("runs/{}-{}-seed{}.run", skill.name, o.task, o.seed);
+  const std::string name = fileNamePart(skill.name);
+  if (!o.tasks.empty()) return fmt::format("runs/{}-family-seed{}.run", name, o.seed);
+  return fmt::format("runs/{}-{}-seed{}.run", name, o.task, o.seed);
 }
 
 /// Runs the best trial again, recorded, and stores it with what it did.

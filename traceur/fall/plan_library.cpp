@@ -205,9 +205,9 @@ ValueTable cachedTable(const FallProblem& problem, const LibraryLabel& label,
 
 std::filesystem::path tableCache() {
   const char* cache = std::getenv("XDG_CACHE_HOME");
-  if (cache && *cache) return std::filesystem::path(cache) / "traceur" / "falls";
+  if (cache && *cache == '/') return std::filesystem::path(cache) / "traceur" / "falls";
   const char* home = std::getenv("HOME");
-  if (home && *home) return std::filesystem::path(home) / ".cache" / "traceur" / "falls";
+  if (home && *home == '/') return std::filesystem::path(home) / ".cache" / "traceur" / "falls";
   return {};
 }
 

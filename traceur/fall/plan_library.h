@@ -37,8 +37,8 @@ ValueTable tableFromLibrary(std::string_view bytes, const FallProblem& problem,
 ValueTable cachedTable(const FallProblem& problem, const LibraryLabel& label,
                        const std::filesystem::path& folder);
 
-/// Where such tables are kept: traceur/falls under $XDG_CACHE_HOME, or ~/.cache; empty if there is
-/// neither.
+/// Where such tables are kept: traceur/falls under $XDG_CACHE_HOME, or ~/.cache; empty if neither
+/// is an absolute path.
 std::filesystem::path tableCache();
 
 }  // namespace traceur::fall
