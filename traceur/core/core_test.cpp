@@ -199,6 +199,35 @@ TEST(RunFile, KeepsWhatItWasGiven) {
   EXPECT_EQ(run.recording("worst"), std::nullopt);
 }
 
+TEST(RunFile, KeepsEveryCostATrialCanHave) {
+  const double costs[] = {NAN,   INFINITY, -INFINITY, 0,    -1.5,   0.1,
+                          1e300, -1e300,   5e-324,    1e16, 1.0 / 3};
+  RunFile run = RunFile::create(scratch() / "a.run", kMeta);
+  std::vector<TrialRow> rows;
+  for (const double cost : costs) {
+    const int i = static_cast<int>(rows.size());
+    rows.push_back(
+        {4, i, cost, i % 3 == 0, i % 2 == 0 ? "" : "fall", std::vector<double>(i + 1, cost)});
+  }
+  run.appendGeneration(4, std::vector<TrialRow>(rows.rbegin(), rows.rend()), "state", {});
+  const std::vector<TrialRow> earlier = {{2, 7, 3, false, "", {1}}};
+  run.appendGeneration(2, earlier, "state", {});
+  rows.insert(rows.begin(), earlier[0]);  // read in order, however they were stored
+  const std::vector<TrialRow> back = run.trials();
+  ASSERT_EQ(back.size(), rows.size());
+  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  for (size_t i = 0; i < rows.size(); ++i) {
+    SCOPED_TRACE(rows[i].cost);
+    EXPECT_EQ(back[i].generation, rows[i].generation);
+    EXPECT_EQ(back[i].number, rows[i].number);
+    EXPECT_TRUE(same(back[i].cost, rows[i].cost)) << back[i].cost;
+    EXPECT_EQ(back[i].failed, rows[i].failed);
+    EXPECT_EQ(back[i].violated, rows[i].violated);
+    EXPECT_TRUE(
+        std::equal(back[i].x.begin(), back[i].x.end(), rows[i].x.begin(), rows[i].x.end(), same));
+  }
+}
+
 TEST(RunFile, AGenerationIsStoredWholeOrNotAtAll) {
   RunFile run = RunFile::create(scratch() / "a.run", kMeta);
   const TrialRow good[] = {{0, 0, 1, false, "", {1}}};
@@ -329,11 +358,12 @@ TEST(RunFile, RefusesANewerVersionAndADamagedFile) {
     std::ofstream(file, std::ios::binary | std::ios::trunc) << content;
   };
   std::string newer = bytes;
-  newer[63] = 99;  // user_version, big-endian at 60..63 of the SQLite header
+  newer[63] = RunFile::kVersion + 1;  // user_version, at 60..63 of the SQLite header, big-endian
   put(newer);
-  EXPECT_NE(
-      messageOf([&] { RunFile::open(file, true); }).find("version 99, this program reads up to"),
-      std::string::npos);
+  EXPECT_NE(messageOf([&] {
+              RunFile::open(file, true);
+            }).find(std::to_string(RunFile::kVersion + 1) + ", this program reads up to"),
+            std::string::npos);
   std::string foreign = bytes;
   foreign[68] = 0;  // application_id, at 68..71
   put(foreign);
