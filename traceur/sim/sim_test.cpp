@@ -251,6 +251,80 @@ TEST(Ground, AStackOfBoxesPressesWithItsWeightWhereItStands) {
   EXPECT_EQ(world.snapshot().supportPolygon().size(), 4u);
 }
 
+/// Holds the forces of the step just taken against Newton and Euler for every free box of a model
+/// without joints: m·Δv = Δt·(m·g + Σf) and I·Δω = Δt·(Σ(p - c)×f - ω×I·ω), exact for one step of
+/// semi-implicit Euler.
+void expectContactsExplainTheStep(World& world, const Vector3d& gravity) {
+  const Model& model = world.model();
+  const auto* m = model.raw();
+  const Snapshot& s = world.snapshot();
+  const State before = world.state();
+  std::vector<Vector3d> com;
+  std::vector<Matrix3d> R;
+  for (int b = 0; b < model.bodies(); ++b) {
+    com.push_back(s.bodyCom({b}));
+    R.push_back(s.bodyRotation({b}));
+  }
+  world.step(none(model));
+  const double dt = model.timeStep();
+  for (int b = 1; b < model.bodies(); ++b) {
+    const int v = m->body_dofadr[b];
+    const Vector3d I(m->body_inertia[3 * b], m->body_inertia[3 * b + 1],
+                     m->body_inertia[3 * b + 2]);
+    const Vector3d w = before.v.segment<3>(v + 3);
+    Vector3d force = m->body_mass[b] * gravity;
+    Vector3d moment = -w.cross(I.cwiseProduct(w));  // body axes
+    for (const Contact& c : s.contacts()) {
+      EXPECT_GE(c.f_WC.dot(c.normal), -1e-9);
+      EXPECT_NEAR(c.normal.norm(), 1, 1e-12);
+      const double sign = (c.body_b.value == b) - (c.body_a.value == b);
+      force += sign * c.f_WC;
+      moment += R[b].transpose() * (c.p_WC - com[b]).cross(sign * c.f_WC);
+    }
+    const VectorXd change = world.state().v - before.v;
+    EXPECT_LT((m->body_mass[b] * change.segment<3>(v) - dt * force).norm(),
+              1e-9 * (1 + force.norm()));
+    EXPECT_LT((I.cwiseProduct(change.segment<3>(v + 3)) - dt * moment).norm(),
+              1e-9 * (1 + moment.norm()));
+  }
+}
+
+TEST(Ground, ContactForcesAreWhatMovesABoxThatTumblesOverAnother) {
+  const auto model =
+      props({{.name = "lower", .size = {0.2, 0.3, 0.1}, .position = {0, 0, 0.1}, .mass = 5},
+             {.name = "upper", .size = {0.1, 0.15, 0.07}, .position = {0.1, 0.2, 0.5}, .mass = 2}});
+  World world(model);
+  State s = world.state();
+  s.v.segment<6>(6) << 0.8, -1.1, -1, 3, -2, 4;
+  world.reset(s);
+  size_t together = 0;
+  for (int i = 0; i < 600; ++i) {
+    expectContactsExplainTheStep(world, {0, 0, -kG});
+    for (const Contact& c : world.snapshot().contacts()) {
+      together += !model->isStatic(c.body_a) && !model->isStatic(c.body_b);
+    }
+  }
+  EXPECT_GT(together, 5u);
+}
+
+TEST(Ground, ABoxAtRestOnASlopeIsHeldByFrictionAndPressesDownhill) {
+  const Vector3d gravity(1.5, -2.5, -9);
+  Prop box{.name = "box", .size = {0.1, 0.1, 0.05}, .position = {1, 2, 0.05}, .mass = 3};
+  Scene scene{.props = {box}};
+  scene.gravity = gravity;
+  const auto model = Model::fromScene(scene);
+  World world(model);
+  for (int i = 0; i < 2000; ++i) world.step(none(*model));
+  Vector3d force = Vector3d::Zero();
+  for (const Contact& c : world.snapshot().contacts()) force += c.f_WC;
+  EXPECT_LT((force + 3 * gravity).norm(), 1e-3);
+  // The line of weight through the COM meets the ground at the centre of pressure.
+  const Vector3d com = world.snapshot().com();
+  const Vector3d cop = com + gravity * (com.z() / -gravity.z());
+  ASSERT_TRUE(world.snapshot().cop());
+  EXPECT_LT((*world.snapshot().cop() - cop).norm(), 1e-3);
+}
+
 TEST(Ground, FrictionHoldsABoxBelowItsConeAndLetsItSlideAbove) {
   for (const double slope : {0.25, 0.35}) {  // tan; friction 0.3
     Prop box{.name = "box", .size = {0.1, 0.1, 0.05}, .position = {0, 0, 0.05}, .mass = 1};
@@ -375,6 +449,30 @@ TEST(World, APushIsAmongTheExternalForces) {
   world.push(model->root(), {5, 0, 0});
   world.snapshot().externalForce(after);
   EXPECT_NEAR((after - before)[0], 5, 1e-12);
+}
+
+TEST(World, PushesOfSeveralBodiesDoTheWorkOfTheirForces) {
+  const auto model = inSpace(0.001, kG);
+  World world(model);
+  const State state = thrown(*model);
+  world.reset(state);
+  const Snapshot& s = world.snapshot();
+  VectorXd before(model->nv());
+  VectorXd after(model->nv());
+  s.externalForce(before);
+  double power = 0;
+  Matrix3Xd J(3, model->nv());
+  for (const auto& [name, f] :
+       {std::pair("l_hand", Vector3d(3, -4, 5)), std::pair("r_foot", Vector3d(-1, 7, 2))}) {
+    const BodyId body = model->body(name);
+    world.push(body, f);
+    const Vector3d p_BCm =
+        s.bodyRotation(body).transpose() * (s.bodyCom(body) - s.bodyPosition(body));
+    s.pointJacobian(body, p_BCm, J);
+    power += f.dot(J * state.v);
+  }
+  s.externalForce(after);
+  EXPECT_NEAR((after - before).dot(state.v), power, 1e-12);
 }
 
 TEST(World, JointForceOfAHangingChainIsTheWeightBelow) {
