@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include "traceur/core/error.h"
@@ -137,6 +138,14 @@ TEST(SkillFile, TheNodDoesWhatItSays) {
   EXPECT_EQ(recording.frames.back().phase, 1);
   const auto& shoulder = skill->phases[0].targets;
   ASSERT_EQ(shoulder.size(), 4u);  // two pairs of joints
+}
+
+TEST(SkillFile, AParameterBeginsInTheMiddleUnlessItSays) {
+  EXPECT_EQ(fromText(kNod)->initialParameters()[0], 0.3);
+  const auto skill = fromText(replaced(kNod, "range = [-1, 1], initial = 0.3", "range = [-1, 4]"));
+  EXPECT_EQ(skill->initialParameters()[0], 1.5);
+  EXPECT_EQ(SkillProblem(skill, 0.1).lower()[0], -1);
+  EXPECT_EQ(SkillProblem(skill, 0.1).upper()[0], 4);
 }
 
 TEST(SkillFile, MirroredNamesTurnOppositeWhereTheRobotSaysSo) {
@@ -312,6 +321,44 @@ TEST(Rollout, AnIntegralIsOverTheTimeThatPasses) {
       fromText(replaced(kNod, "early = { of = \"time\", take = \"max\", during = [\"bend\"]",
                         "early = { of = \"1\", take = \"integral\""));
   EXPECT_NEAR(Runner(whole).run(VectorXd::Constant(1, 0.3), 0.1).measures[2], 0.2, 1e-12);
+}
+
+TEST(Rollout, MeasuresAreThoseOfTheStepsTheySee) {
+  // What is measured is known at each step, and neither rises nor falls throughout.
+  const auto signal = [](int step) { return std::pow(step * 0.001 - 0.13, 2) - 0.004; };
+  const std::vector<std::string> takes = {"first", "last", "min", "max", "mean", "integral"};
+  const auto measured = [&](const std::string& during) {
+    std::string rows = "[measures]\n";
+    for (const std::string& take : takes) {
+      rows += take + "_of = { of = \"(time - 0.13)^2 - 0.004\", take = \"" + take + "\"" + during +
+              " }\n";
+    }
+    const auto skill = fromText(replaced(kNod, "[measures]\n", rows));
+    return Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1).measures;
+  };
+  const struct {
+    std::string during;
+    int begin, end;  // steps, the last included
+  } cases[] = {{"", 0, 200},
+               {", during = [\"bend\"]", 0, 99},
+               {", during = [\"hold\"]", 100, 200},
+               {", during = [\"bend\", \"hold\"]", 0, 200}};
+  for (const auto& [during, begin, end] : cases) {
+    SCOPED_TRACE(during);
+    double min = INFINITY, max = -INFINITY, sum = 0, integral = 0;
+    for (int i = begin; i <= end; ++i) {
+      min = std::min(min, signal(i));
+      max = std::max(max, signal(i));
+      sum += signal(i);
+      if (i < 200) integral += 0.001 * signal(i);  // no time passes after the last
+    }
+    const double expected[] = {signal(begin),           signal(end), min, max,
+                               sum / (end - begin + 1), integral};
+    const std::vector<double> all = measured(during);
+    const auto& names = fromText(kNod)->measures;
+    ASSERT_EQ(all.size(), takes.size() + names.size());
+    for (size_t i = 0; i < takes.size(); ++i) EXPECT_NEAR(all[i], expected[i], 1e-12) << takes[i];
+  }
 }
 
 TEST(Rollout, APhaseCutShortGoesOnFromTheTargetThatWasReached) {
