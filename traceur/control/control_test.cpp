@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 
@@ -212,7 +213,9 @@ TEST(Expression, RefusesWhatItCannotMean) {
     return "accepted";
   };
   EXPECT_NE(message("x + 1").find("nothing is named \"x\""), std::string::npos);
-  EXPECT_NE(message("time = 3").find("did you mean '=='"), std::string::npos);
+  for (const char* assigns : {"time = 3", "=3", "time =", "1 + time =3"}) {
+    EXPECT_NE(message(assigns).find("did you mean '=='"), std::string::npos) << assigns;
+  }
   EXPECT_NE(message("1 > 0,5").find("expected one value, got 2"), std::string::npos);
   EXPECT_EQ(message("max(1, 2)"), "accepted");
   std::string endless = "0";  // longer than muParser takes
@@ -222,6 +225,29 @@ TEST(Expression, RefusesWhatItCannotMean) {
     EXPECT_NE(message(bad), "accepted") << bad;
   }
   EXPECT_EQ(message("1 <= 2"), "accepted");
+}
+
+TEST(Expression, ANameIsWhatMayBeLookedUp) {
+  for (const char* name : {"x", "com.x", "_a", "a2", "A.b_c", "joint.l_hip"}) {
+    EXPECT_TRUE(Expression::isName(name)) << name;
+  }
+  for (const char* name : {"", "2x", "9", ".a", "a b", "a-b", "a,b", "ü", "max", "atan2", "pi"}) {
+    EXPECT_FALSE(Expression::isName(name)) << name;
+  }
+  EXPECT_EQ(Expression::namesIn("b.z * max(a, 2) - pi + b.z"),
+            std::vector<std::string>({"a", "b.z"}));
+}
+
+TEST(Expression, KnowsItsFunctionsAndConstants) {
+  const auto value = [](const std::string& text) {
+    return Expression(text, [](const std::string&) -> const double* { return nullptr; }).value();
+  };
+  EXPECT_EQ(value("pi"), M_PI);
+  EXPECT_EQ(value("atan2(-1, 2)"), std::atan2(-1, 2));
+  EXPECT_EQ(value("2 == 2"), 1);
+  EXPECT_EQ(value("2 != 2"), 0);
+  EXPECT_EQ(value("1 >= 2"), 0);
+  EXPECT_EQ(Expression(2.5).value(), 2.5);
 }
 
 TEST(Signals, ReadWhatTheSnapshotSays) {
@@ -251,6 +277,76 @@ TEST(Signals, ReadWhatTheSnapshotSays) {
   EXPECT_NEAR(*knee, -0.2, 1e-2);
   EXPECT_EQ(*torso, world.snapshot().bodyPosition(model->root()).z());
   EXPECT_NEAR(*pitch, 0, 1e-2);
+}
+
+TEST(Signals, OfARobotInFlightAreWhatTheirNamesSay) {
+  const auto model = bioloid();
+  const double angles[] = {0.4, -0.7, 1.1};  // roll, pitch, yaw
+  const Eigen::Quaterniond attitude = Eigen::AngleAxisd(angles[2], Vector3d::UnitZ()) *
+                                      Eigen::AngleAxisd(angles[1], Vector3d::UnitY()) *
+                                      Eigen::AngleAxisd(angles[0], Vector3d::UnitX());
+  sim::State state = model->initialState();
+  state.q[2] += 5;
+  state.q.segment<4>(3) << attitude.w(), attitude.x(), attitude.y(), attitude.z();
+  for (const sim::Joint& j : model->joints()) state.q[j.q] = 0.01 * j.v;
+  state.v = VectorXd::LinSpaced(model->nv(), -1, 2);
+  sim::World world(model);
+  world.reset(state);
+  Signals signals(model);
+  const auto read = [&](const std::string& name) {
+    const double* value = signals.find(name);
+    signals.update(world.snapshot());
+    return value ? *value : NAN;
+  };
+  EXPECT_NEAR(read("root.roll"), angles[0], 1e-12);
+  EXPECT_NEAR(read("root.pitch"), angles[1], 1e-12);
+  EXPECT_NEAR(read("root.yaw"), angles[2], 1e-12);
+  for (const sim::Joint& j : model->joints()) {
+    EXPECT_EQ(read("joint." + j.name), state.q[j.q]) << j.name;
+    EXPECT_EQ(read("joint_velocity." + j.name), state.v[j.v]) << j.name;
+  }
+  const sim::Snapshot& s = world.snapshot();
+  const sim::BodyId hand = model->body("l_hand");
+  const Vector3d p0 = s.bodyPosition(hand);
+  const Vector3d v0 = s.bodyVelocity(hand);
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string part = std::string(".") + "xyz"[axis];
+    EXPECT_EQ(read("com" + part), s.com()[axis]);
+    EXPECT_EQ(read("com_velocity" + part), s.comVelocity()[axis]);
+    EXPECT_EQ(read("angular_momentum" + part), s.angularMomentum()[axis]);
+    EXPECT_EQ(read("body.l_hand" + part), p0[axis]);
+    EXPECT_EQ(read("body_velocity.l_hand" + part), v0[axis]);
+    EXPECT_TRUE(std::isnan(read("cop" + part)));
+  }
+  // A velocity is how a position changes.
+  for (int i = 0; i < 3; ++i) world.step({VectorXd::Zero(model->nu())});
+  EXPECT_NEAR(read("time"), 0.003, 1e-12);
+  const Vector3d mean = (s.bodyPosition(hand) - p0) / s.time();
+  EXPECT_LT((mean - v0).norm(), 0.05 * v0.norm());
+}
+
+TEST(Signals, ContactForcesBearTheWeightOfWhatStands) {
+  const auto model = bioloid();
+  sim::World world(model);
+  holdStill(model, world, 60, 3);
+  Signals signals(model);
+  const auto read = [&](const std::string& name) {
+    const double* value = signals.find(name);
+    signals.update(world.snapshot());
+    return value ? *value : NAN;
+  };
+  const double weight = model->mass() * 9.81;
+  EXPECT_NEAR(read("contact_force.robot"), weight, 1e-3);
+  EXPECT_NEAR(read("contact_force.feet"), weight, 1e-3);
+  EXPECT_NEAR(read("contact_force.l_foot") + read("contact_force.r_foot"), weight, 1e-3);
+  EXPECT_GT(read("contact_force.l_foot"), weight / 4);
+  EXPECT_EQ(read("contact_force.l_hand"), 0);
+  const auto points = static_cast<double>(world.snapshot().contacts().size());
+  EXPECT_EQ(read("contact.robot"), points);
+  EXPECT_EQ(read("contact.l_foot") + read("contact.r_foot"), points);
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(read(std::string("cop.") + "xyz"[axis]), (*world.snapshot().cop())[axis]);
+  }
 }
 
 TEST(Signals, ContactsInsideTheRobotDoNotCount) {
