@@ -82,6 +82,60 @@ TEST(Balance, EndsWhereItFailsAndSaysWhy) {
   EXPECT_NE(limits.failure({}, x), "");
 }
 
+TEST(Balance, TheTorqueIsEachGainTimesWhatItIsOf) {
+  const BongoParameters board;
+  BongoBoard::State x;
+  x << .2, -.1, .15, 1, -2, .5;
+  for (const bool from_wheel : {false, true}) {
+    const auto place = [&](double time) {
+      BongoBoard::State at = x;
+      at.head<3>() += time * x.tail<3>();
+      const BongoPose pose = poseOf(board, at);
+      return pose.pelvis.x() - (from_wheel ? pose.wheel.x() : 0);
+    };
+    const double h = 1e-6;
+    const double speed = (place(h) - place(-h)) / (2 * h);
+    const double of[] = {place(0), speed, x[2], x[5], x[0] + x[1]};
+    BalancePolicy policy;
+    policy.from_wheel = from_wheel;
+    for (int i = 0; i < BalancePolicy::kParameters; ++i) {
+      policy.h.setZero();
+      policy.h[i] = 3;
+      EXPECT_NEAR(policy.torque(board, x), 3 * of[i], 1e-7) << i;
+      policy.h[i] = std::copysign(1e6, of[i]);
+      EXPECT_EQ(policy.torque(board, x), policy.most_torque);
+      policy.h[i] *= -1;
+      EXPECT_EQ(policy.torque(board, x), -policy.most_torque);
+    }
+  }
+}
+
+TEST(Balance, AnEpisodesCostIsThatOfItsLog) {
+  BongoBoard::State each;
+  each << 1, 2, -3, 4, -5, 6;
+  EXPECT_DOUBLE_EQ((BalanceCost{.angle = 7, .rate = 0.3}.of(each)), 7 * 14 + 0.3 * 77);
+  const BalanceCost cost{.steps = 300};
+  for (const double tilt : {0.00436, -0.035}) {  // it holds; it does not
+    BongoBoard board;
+    RunLog log;
+    const Episode e = balance(board, {}, known(), tilted(tilt), cost, {}, &log);
+    ASSERT_EQ(log.steps(), e.steps);
+    EXPECT_EQ(e.failed(), e.steps < 300);
+    EXPECT_EQ(log.time_step, board.timeStep());
+    EXPECT_EQ(VectorXd(log.x.col(0)), tilted(tilt));
+    double farthest = 0;
+    double effort = 0;
+    for (int t = 0; t < e.steps; ++t) {
+      const BongoBoard::State x = log.x.col(t);
+      farthest = std::max(farthest, cost.of(x));
+      effort += cost.torque * log.u(0, t) * log.u(0, t);
+      EXPECT_EQ(log.u(0, t), known().torque({}, x));
+      EXPECT_EQ(BongoBoard::State(log.x.col(t + 1)), board.stepped(x, log.u(0, t)));
+    }
+    EXPECT_NEAR(e.cost, cost.failure * (300 - e.steps) + farthest + effort, 1e-9 * e.cost);
+  }
+}
+
 TEST(Balance, ParametersMapToGainsOddlyAndSmoothly) {
   VectorXd p(5);
   p << 0, 1, -1, 2, -10;
