@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -476,6 +477,49 @@ TEST(Motion, FramesBetweenFrames) {
   EXPECT_NEAR(starts[1].time, 0.31, 1e-9);
 }
 
+TEST(Motion, SteadyMotionIsMetExactlyBetweenFrames) {
+  // Everything linear in time, the trunk turning at a constant rate; frames not evenly spaced.
+  const auto model = testModel();
+  const sim::VectorXd v0 = sim::VectorXd::LinSpaced(model->nv(), -1, 2);
+  const sim::VectorXd a = sim::VectorXd::LinSpaced(model->nv(), 3, -0.5);
+  const sim::Vector3d c(0.1, -0.2, 0.3);
+  const sim::Vector3d slope(1, -2, 3);
+  const auto at = [&](double t) {
+    sim::Frame f;
+    f.state = model->initialState();
+    f.state.time = t;
+    f.state.q.head<3>() += t * slope;
+    f.state.q.segment<4>(3) << std::cos(t), 0, std::sin(t), 0;
+    f.state.q[model->joint("l_swing").q] = 1 - 2 * t;
+    f.state.v = v0 + t * a;
+    f.com = c + t * slope;
+    f.com_velocity = slope - t * c;
+    return f;
+  };
+  sim::Recording r;
+  r.mjcf = kMjcf;
+  const double times[] = {0.1, 0.14, 0.2, 0.5};
+  for (const double t : times) {
+    r.frames.push_back(at(t));
+    r.frames.back().phase = static_cast<int>(r.frames.size());
+    r.frames.back().torque = sim::VectorXd::Constant(model->nu(), t);
+  }
+  for (const double t : {0.1, 0.11, 0.1399, 0.14, 0.17, 0.2, 0.26, 0.4, 0.5}) {
+    SCOPED_TRACE(t);
+    const sim::Frame f = frameAt(*model, r, t);
+    const sim::Frame expected = at(t);
+    EXPECT_EQ(f.state.time, t);
+    EXPECT_LT((f.state.q - expected.state.q).norm(), 1e-12);
+    EXPECT_LT((f.state.v - expected.state.v).norm(), 1e-12);
+    EXPECT_LT((f.com - expected.com).norm(), 1e-12);
+    EXPECT_LT((f.com_velocity - expected.com_velocity).norm(), 1e-12);
+    const auto up_to = std::upper_bound(std::begin(times), std::end(times), t) - std::begin(times);
+    EXPECT_EQ(f.phase, up_to);
+  }
+  EXPECT_EQ(frameAt(*model, r, 0.05).state.v, r.frames.front().state.v);
+  EXPECT_EQ(frameAt(*model, r, 0.6).state.v, r.frames.back().state.v);
+}
+
 TEST(Motion, TellingTimes) {
   const sim::Recording r = jump();
   const auto near = [](const std::vector<double>& times, double t) {
@@ -510,6 +554,12 @@ TEST(Motion, TellingTimes) {
   const auto steps = tellingTimes(*testModel(), gait, 6);
   ASSERT_EQ(steps.size(), 6u);
   for (size_t i = 1; i < steps.size(); ++i) EXPECT_LT(steps[i] - steps[i - 1], 0.3);
+  // Of two moments as far from what is taken, the earlier.
+  sim::Recording even = gait;
+  for (size_t i = 0; i < even.frames.size(); ++i) {
+    even.frames[i].phase = i < 25 ? 0 : i < 75 ? 1 : 2;
+  }
+  EXPECT_NEAR(tellingTimes(*testModel(), even, 3)[1], 0.25, 1e-9);
   sim::Recording one = r;
   one.frames.resize(1);
   EXPECT_EQ(tellingTimes(*testModel(), one, 8).size(), 1u);
@@ -873,6 +923,250 @@ TEST(Figure, DrawsWhateverTerminalThePersonPrefers) {
   unsetenv("GNUTERM");
 }
 
+/// The lines that gnuplot is told for a figure.
+std::vector<std::string> scriptOf(const Figure& figure) {
+  const Folder bin;
+  const fs::path script = bin / "script";
+  std::ofstream(bin / "gnuplot") << "#!/bin/sh\ncat > " << script << "\n"
+                                 << "sed -n \"s/^set output '\\(.*\\)'$/\\1/p\" " << script
+                                 << " | while read -r file; do echo drawn > \"$file\"; done\n";
+  fs::permissions(bin / "gnuplot", fs::perms::owner_all);
+  const Path path(bin.path().string() + ":" + getenv("PATH"));
+  writeFigure(figure, bin / "a.svg");
+  std::ifstream in(script);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/// What follows `start` in each of the lines that begin with it.
+std::vector<std::string> after(const std::vector<std::string>& lines, const std::string& start) {
+  std::vector<std::string> rest;
+  for (const std::string& line : lines) {
+    if (line.starts_with(start)) rest.push_back(line.substr(start.size()));
+  }
+  return rest;
+}
+
+Figure figureOf(const Series& series) {
+  Figure figure;
+  figure.panels.emplace_back().series.push_back(series);
+  return figure;
+}
+
+TEST(Figure, AxesHoldWhatIsDrawnWithALittleRoom) {
+  const auto axes = [](const Figure& figure) {
+    const auto script = scriptOf(figure);
+    return std::array{after(script, "set xrange ").at(0), after(script, "set yrange ").at(0),
+                      after(script, "set xtics ").at(0), after(script, "set ytics ").at(0)};
+  };
+  using Axes = std::array<std::string, 4>;
+  // 0.06 of the span above and below; counts have ticks at whole numbers.
+  EXPECT_EQ(axes(figureOf({.label = "", .x = {1, 12}, .y = {-10, 10}})),
+            (Axes{"[1:12]", "[-11.2:11.2]", "1", "5"}));
+  EXPECT_EQ(axes(figureOf({.label = "", .x = {1, 14}, .y = {0, 1}})),
+            (Axes{"[1:14]", "[-0.06:1.06]", "autofreq", "0.2"}));
+  EXPECT_EQ(axes(figureOf({.label = "", .x = {0, 1.5, 3}, .y = {5, NAN, 7}}))[2], "autofreq");
+  // What is not finite is nowhere; bands and arrows are drawn, too.
+  EXPECT_EQ(axes(figureOf({.label = "", .x = {0, 1, INFINITY}, .y = {2, INFINITY, 3}}))[0],
+            "[0:1]");
+  EXPECT_EQ(
+      axes(figureOf({.label = "", .x = {0, 1}, .y = {2, 3}, .low = {1, -7}, .high = {2, 13}}))[1],
+      "[-8.2:14.2]");
+  const Axes arrow = axes(figureOf({.label = "",
+                                    .x = {0, 1},
+                                    .y = {0, 1},
+                                    .style = Style::kArrows,
+                                    .dx = {-2, 3},
+                                    .dy = {-4, 5}}));
+  EXPECT_EQ(arrow[0], "[-2:4]");
+  EXPECT_EQ(arrow[1], "[-4.6:6.6]");
+  const Axes squares = axes(figureOf({.label = "",
+                                      .x = {0, 4},
+                                      .y = {0, 2},
+                                      .style = Style::kSquares,
+                                      .share = {0, 1},
+                                      .side = 2}));
+  EXPECT_EQ(squares[0], "[-1:5]");
+  EXPECT_EQ(squares[1], "[-1:3]");
+  // One value, of x or y, and zero.
+  EXPECT_EQ(axes(figureOf({.label = "", .x = {3}, .y = {10}}))[0], "[2.5:3.5]");
+  EXPECT_EQ(axes(figureOf({.label = "", .x = {3}, .y = {-10}}))[1], "[-11:-9]");
+  EXPECT_EQ(axes(figureOf({.label = "", .x = {3}, .y = {0}}))[1], "[-1:1]");
+  EXPECT_EQ(axes(figureOf({.label = "", .x = {}, .y = {}}))[0], "[0:1]");
+
+  Figure figure = figureOf({.label = "", .x = {0, 1}, .y = {2, 3}});
+  figure.panels[0].least_span = 9;  // 4 more on either side, and 0.06 of 9
+  EXPECT_EQ(axes(figure)[1], "[-2.54:7.54]");
+  figure.panels[0].least_span = 1;
+  figure.panels[0].marks = {{-3, "before"}, {7, "after"}, {NAN, "never"}};
+  EXPECT_EQ(axes(figure)[0], "[-3:7]");
+  EXPECT_EQ(axes(figure)[1], "[1.94:3.06]");
+
+  figure = figureOf({.label = "", .x = {0, 1, 2}, .y = {-5, 13, 0.13}});
+  figure.panels[0].log_y = true;
+  auto script = scriptOf(figure);
+  EXPECT_EQ(after(script, "set yrange ").at(0), "[0.1:16.9]");
+  EXPECT_EQ(after(script, "set format y ").at(0), "'10^{%T}'");
+  EXPECT_EQ(after(script, "set logscale").size(), 1U);
+  figure.panels[0].series[0].y[2] = 1.3;
+  EXPECT_EQ(after(scriptOf(figure), "set format y ").at(0), "'%g'");
+  figure.panels[0].series[0].y = {-1, 0, -2};  // nothing positive to show
+  EXPECT_EQ(after(scriptOf(figure), "set logscale").size(), 0U);
+}
+
+TEST(Figure, PanelsStandInAGridThatFillsIt) {
+  Figure figure;
+  figure.title = "title";
+  figure.width = 900;
+  figure.panel_height = 200;
+  for (int i = 0; i < 5; ++i) {
+    Panel& panel = figure.panels.emplace_back();
+    panel.series.push_back({.label = "one", .x = {0, 1}, .y = {0, 1}});
+    panel.title = "a";
+    panel.xlabel = "time [s]";
+  }
+  figure.columns = 2;
+  const auto places = [&] {
+    const auto script = scriptOf(figure);
+    std::vector<std::array<double, 4>> all;
+    const char* const sides[] = {"l", "r", "t", "b"};
+    for (size_t i = 0; i < figure.panels.size(); ++i) {
+      auto& place = all.emplace_back();
+      for (size_t k = 0; k < 4; ++k) {
+        const auto at = after(script, std::string("set ") + sides[k] + "margin at screen ");
+        EXPECT_EQ(at.size(), figure.panels.size());
+        place[k] = std::stod(at.at(i));
+      }
+    }
+    return all;
+  };
+  for (const bool shared : {true, false}) {
+    if (!shared) figure.panels[4].xlabel = "another";
+    const auto at = places();
+    // Title 34 px, panels of 200, one more label where they share it.
+    const double height = 34 + 3 * 200 + (shared ? 22 : 0);
+    EXPECT_EQ(after(scriptOf(figure), "set terminal svg size 900,").at(0).substr(0, 3),
+              std::to_string(static_cast<int>(height)));
+    for (int i = 0; i < 5; ++i) {
+      SCOPED_TRACE(i);
+      EXPECT_NEAR(900 * at[i][0], 450 * (i % 2) + 80, 0.1);
+      EXPECT_NEAR(900 * at[i][1], 450 * (i % 2 + 1) - 18, 0.1);
+      const double top = 34 + 200 * (i / 2);
+      EXPECT_NEAR(height * (1 - at[i][2]), top + 12 + 22, 0.1);  // a row for title and legend
+      EXPECT_NEAR(height * (1 - at[i][3]), top + 200 - 26 - (shared ? 0 : 22), 0.1);
+    }
+  }
+  // Labels of marks and a legend of more than four beside the panel need room in all of them.
+  figure.panels[0].marks = {{0.5, "half"}};
+  for (int i = 0; i < 4; ++i) {
+    figure.panels[1].series.push_back({.label = "ten lettrs", .x = {0, 1}, .y = {0, 1}});
+  }
+  const double height = 34 + 3 * 200;
+  for (const auto& place : places()) {
+    EXPECT_NEAR(900 * (place[1] - place[0]), 450 - 80 - 18 - (48 + 72), 0.1);
+    EXPECT_NEAR(std::fmod(height * (1 - place[2]) - 34, 200), 12 + 22 + 15, 0.1);
+  }
+  figure.panels[1].series.pop_back();
+  for (const auto& place : places()) EXPECT_NEAR(900 * (place[1] - place[0]), 450 - 98, 0.1);
+  // The label that all share stands once in each column; else under every panel.
+  const auto labels = [&](const std::string& text) {
+    int n = 0;
+    for (const std::string& line : scriptOf(figure)) n += has(line, "'" + text + "'");
+    return n;
+  };
+  EXPECT_EQ(labels("time [s]"), 4);
+  figure.panels[4].xlabel = "time [s]";
+  EXPECT_EQ(labels("time [s]"), 2);
+}
+
+TEST(Figure, SeriesDifferInColourThenInDashes) {
+  Figure figure;
+  Panel& panel = figure.panels.emplace_back();
+  for (int i = 0; i < 9; ++i) {
+    panel.series.push_back({.label = "s", .x = {0, 1}, .y = {0, 1}});
+    if (i == 2) panel.series.push_back({.label = "grey", .x = {0}, .y = {0}, .color = kGrey});
+    if (i == 4) panel.series.push_back({.label = "own", .x = {0}, .y = {0}, .color = 1});
+  }
+  panel.series.push_back(
+      {.label = "dashed", .x = {0}, .y = {0}, .style = Style::kDashed, .color = 0});
+  const std::string plot = after(scriptOf(figure), "plot ").at(0);
+  std::vector<std::string> colors;
+  std::vector<bool> dashed;
+  for (size_t at = 0; (at = plot.find("with lines", at)) != std::string::npos; ++at) {
+    dashed.push_back(plot.compare(plot.find("dashtype ", at) + 9, 1, "(") == 0);
+    colors.push_back(plot.substr(plot.find('#', at), 7));
+  }
+  ASSERT_EQ(colors.size(), 12U);
+  const std::string grey = colors[3];
+  EXPECT_EQ(colors[6], colors[1]);  // the one that chose its own
+  EXPECT_EQ(colors[11], colors[0]);
+  EXPECT_EQ(dashed, std::vector<bool>({0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1}));
+  colors.erase(colors.begin() + 11);
+  colors.erase(colors.begin() + 6);
+  colors.erase(colors.begin() + 3);
+  for (size_t i = 0; i < 7; ++i) {
+    EXPECT_NE(colors[i], grey);
+    for (size_t k = 0; k < i; ++k) EXPECT_NE(colors[i], colors[k]);
+  }
+  EXPECT_EQ(colors[7], colors[0]);
+  EXPECT_EQ(colors[8], colors[1]);
+}
+
+TEST(Figure, DataAreWrittenAsTheyAre) {
+  Figure figure = figureOf(
+      {.label = "", .x = {0.125, 2}, .y = {-1e-7, NAN}, .low = {-2, 3}, .high = {4, INFINITY}});
+  figure.panels[0].series.push_back(
+      {.label = "", .x = {1}, .y = {2}, .style = Style::kArrows, .dx = {3}, .dy = {-4}});
+  figure.panels[0].series.push_back(
+      {.label = "", .x = {1}, .y = {2}, .style = Style::kSquares, .share = {0.25}, .side = 3});
+  const auto script = scriptOf(figure);
+  const auto data = [&](const std::string& name) {
+    const auto at = std::find(script.begin(), script.end(), name + " << EOD");
+    EXPECT_NE(at, script.end());
+    return std::vector<std::string>(at + 1, std::find(at, script.end(), "EOD"));
+  };
+  EXPECT_EQ(data("$d0_0"), std::vector<std::string>({"0.125 -1e-07 -2 4", "2 NaN 3 NaN"}));
+  EXPECT_EQ(data("$d0_1"), std::vector<std::string>({"1 2 NaN NaN 3 -4"}));
+  EXPECT_EQ(data("$d0_2"), std::vector<std::string>({"1 2 NaN NaN 1.5 0.25"}));
+}
+
+TEST(Figure, AMarksLabelIsLeftOutWhereItWouldRunIntoAnother) {
+  Figure figure = figureOf({.label = "", .x = {0, 10}, .y = {0, 1}});
+  figure.width = 598;  // 500 px of plot, 50 px a second
+  figure.panels[0].marks = {{0, "ten lettrs"}, {1, "no"},  {2, "yes"},      {NAN, "no"},
+                            {5, ""},           {9, "ten"}, {9.9, "nothing"}};
+  const auto script = scriptOf(figure);
+  std::vector<std::string> labels;
+  for (const std::string& line : script) {
+    if (has(line, "graph 1 left offset")) labels.push_back(line.substr(line.find('\''), 4));
+  }
+  EXPECT_EQ(labels, std::vector<std::string>({"'ten", "'yes", "'ten"}));
+  EXPECT_EQ(after(script, "set arrow from first ").size(), 6U);
+}
+
+TEST(Figure, SizesHaveBounds) {
+  const auto accepted = [](int columns, int width, int height) {
+    Figure figure = figureOf({.label = "", .x = {0}, .y = {0}});
+    figure.columns = columns;
+    figure.width = width;
+    figure.panel_height = height;
+    try {
+      scriptOf(figure);
+    } catch (const InputError&) {
+      return false;
+    }
+    return true;
+  };
+  EXPECT_TRUE(accepted(1, 100, 100));
+  EXPECT_TRUE(accepted(9, 8000, 4000));
+  EXPECT_FALSE(accepted(0, 500, 500));
+  EXPECT_FALSE(accepted(1, 99, 500));
+  EXPECT_FALSE(accepted(1, 8001, 500));
+  EXPECT_FALSE(accepted(1, 500, 99));
+  EXPECT_FALSE(accepted(1, 500, 4001));
+}
+
 TEST(Figure, SaysWhatIsWrongAndLeavesNothing) {
   const Folder folder;
   Figure figure = example();
@@ -930,6 +1224,37 @@ TEST(StandardFigures, CentreOfMassAndContacts) {
   EXPECT_EQ(series[0].y[31], 0);             // contact has just ended
   EXPECT_TRUE(std::isnan(series[0].y[50]));  // far from any contact: nothing drawn
   EXPECT_NEAR(series[1].y[0], weight, 1e-9);
+}
+
+TEST(StandardFigures, ContactForcesAreThoseOnTheRobot) {
+  sim::Recording r = jump();
+  const auto model = testModel();
+  const sim::BodyId trunk = model->body("trunk");
+  const sim::BodyId arm = model->body("l_arm");
+  sim::Contact ground{{0}, trunk, {0, 0, 0}, {0, 0, 1}, {3, 4, 5}};
+  sim::Contact turned{trunk, {0}, {0, 0, 0}, {0, 0, 1}, {0, 0, -7}};
+  sim::Contact itself{arm, trunk, {0, 0, 0}, {0, 0, 1}, {0, 0, 11}};
+  for (sim::Frame& f : r.frames) f.contacts.clear();
+  r.frames[20].contacts = {ground, turned, itself};
+  r.frames[21].contacts = {turned};
+  const Figure figure = contactFigure(r);
+  const auto& series = figure.panels.at(0).series;
+  ASSERT_EQ(series.size(), 2U);  // and the weight
+  EXPECT_TRUE(std::isnan(series[0].y[18]));
+  EXPECT_EQ(series[0].y[19], 0);
+  EXPECT_EQ(series[0].y[20], 12);
+  EXPECT_EQ(series[0].y[21], 7);
+  EXPECT_EQ(series[0].y[22], 0);
+  EXPECT_TRUE(std::isnan(series[0].y[23]));
+  r.frames[0].contacts = {ground};
+  r.frames[100].contacts = {ground};
+  const auto ends = contactFigure(r).panels.at(0).series[0].y;
+  EXPECT_EQ(ends[0], 5);
+  EXPECT_EQ(ends[1], 0);
+  EXPECT_TRUE(std::isnan(ends[2]));
+  EXPECT_TRUE(std::isnan(ends[98]));
+  EXPECT_EQ(ends[99], 0);
+  EXPECT_EQ(ends[100], 5);
 }
 
 TEST(CostHistory, NeverRisesAndFollowsTrialsThatViolateNothing) {
