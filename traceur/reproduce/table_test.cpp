@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <numeric>
 #include <sstream>
 
 #include "traceur/core/error.h"
@@ -59,6 +61,41 @@ TEST_F(TableFile, SumsUpWhatWasRun) {
   ASSERT_EQ(s.groups.size(), 1U);
   EXPECT_NEAR(s.groups[0].ratios[0].value, std::sqrt(s.ratios[0][0].value * s.ratios[1][0].value),
               1e-12);
+}
+
+TEST_F(TableFile, RunsAsManySeedsAsAskedAndSaysHowFarItIs) {
+  const Table table = known();
+  const auto seeds_of = [&](const Results::RunOptions& options) {
+    Results results(table);
+    EXPECT_TRUE(results.run(options, {}));
+    std::vector<std::vector<std::uint64_t>> seeds(4);
+    for (const auto& [key, outcome] : results.outcomes()) {
+      const auto [row, column, seed] = key;
+      seeds[2 * row + column].push_back(seed);
+    }
+    EXPECT_EQ(seeds[2], seeds[0]);
+    EXPECT_EQ(seeds[3], seeds[1]);
+    return std::array{seeds[0], seeds[1]};
+  };
+  const auto from = [](std::uint64_t first, int count) {
+    std::vector<std::uint64_t> seeds(count);
+    std::iota(seeds.begin(), seeds.end(), first);
+    return seeds;
+  };
+  EXPECT_EQ(seeds_of({}), (std::array{from(1, 8), from(1, 6)}));
+  EXPECT_EQ(seeds_of({.seeds = -1}), (std::array{from(1, 20), from(1, 10)}));
+  EXPECT_EQ(seeds_of({.seeds = 3}), (std::array{from(1, 3), from(1, 3)}));
+  EXPECT_EQ(seeds_of({.first_seed = 7, .seeds = 2}), (std::array{from(7, 2), from(7, 2)}));
+
+  std::vector<std::pair<int, int>> told;
+  const Results::RunOptions two{
+      .seeds = 2, .on_progress = [&](int done, int total) { told.emplace_back(done, total); }};
+  Results results(table);
+  results.run({.seeds = 1}, {});
+  results.run(two, {});
+  std::vector<std::pair<int, int>> expected;
+  for (int done = 4; done <= 8; ++done) expected.emplace_back(done, 8);
+  EXPECT_EQ(told, expected);
 }
 
 TEST_F(TableFile, PairsTheRunsOfASeed) {
