@@ -1,12 +1,14 @@
 // The chapter's parts together, on the two robots: graphs, reach, plans, poses, falls.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <numbers>
+#include <set>
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
@@ -153,6 +155,42 @@ TEST(FallRobot, LeavesOutANodeAndItsEdges) {
   EXPECT_THROW(all.without("head"), InputError);  // nothing could follow
   EXPECT_THROW(whole.without("right-toes"), InputError);
   EXPECT_THROW(whole.without("tail"), InputError);
+}
+
+TEST(FallRobot, GraphsKeepTheirOtherEdgesAndHaveAnOrder) {
+  const auto edges_of = [](const ContactGraph& graph) {
+    std::set<std::pair<std::string, std::string>> edges;
+    for (size_t i = 0; i < graph.nodes.size(); ++i) {
+      for (const int to : graph.edges[i]) {
+        edges.emplace(graph.nodes[i].name, graph.nodes[to].name);
+      }
+    }
+    return edges;
+  };
+  for (const char* robot : {"bioloid-gp", "atlas"}) {
+    const auto falls = fallsOf(robot);
+    for (const FallSetup& setup : falls->setups) {
+      const ContactGraph& graph = setup.graph;
+      const size_t n = graph.nodes.size();
+      std::vector<int> order = graph.order();
+      ASSERT_EQ(order.size(), n);
+      std::vector<int> place(n, -1);
+      for (size_t i = 0; i < n; ++i) place[order[i]] = static_cast<int>(i);
+      for (size_t i = 0; i < n; ++i) {
+        ASSERT_GE(place[i], 0);
+        for (const int to : graph.edges[i]) EXPECT_LT(place[i], place[to]);
+        EXPECT_TRUE(graph.has(graph.nodes[i].name));
+      }
+      EXPECT_FALSE(graph.has("tail"));
+      for (size_t i = 1; i < n; ++i) {
+        const std::string& gone = graph.nodes[i].name;
+        auto expected = edges_of(graph);
+        std::erase_if(expected, [&](const auto& e) { return e.first == gone || e.second == gone; });
+        EXPECT_EQ(edges_of(graph.without(gone)), expected) << robot << " without " << gone;
+        EXPECT_FALSE(graph.without(gone).has(gone));
+      }
+    }
+  }
 }
 
 TEST(FallRobot, IsAsQuickAsIsSaidForTheFallAndForWhatIsLeftOut) {
@@ -329,6 +367,119 @@ TEST(Planner, AnActionTriedKeepsTheRodWithinTheRobot) {
   EXPECT_TRUE(tryAction(p, start, action));
   p.lengths.assign(p.graph.nodes.size(), {0.1, 1});  // the rod is 1.1 m
   EXPECT_FALSE(tryAction(p, start, action));
+}
+
+TEST(Planner, AFallStopsWhereTheRodCannotPassItsPivot) {
+  FallProblem p;
+  PendulumModel fine = p.model;
+  fine.step = 1e-5;
+  for (const double theta : {-0.4, -0.05}) {
+    for (const double r : {0.2, 1.1}) {
+      const double passing = std::sqrt(2 * p.model.gravity * (1 - std::cos(theta)) / r);
+      for (const double share : {0.99, 1.01}) {
+        PendulumState s{.theta = theta, .r = r, .theta_rate = share * passing};
+        p.stall = Stall::kStops;
+        EXPECT_EQ(stopped(p, s), share < 1) << theta << " " << r;
+        p.stall = Stall::kLiteral;
+        EXPECT_FALSE(stopped(p, s));
+        while (s.theta_rate > 0 && s.theta < 0) step(fine, 0, s);
+        EXPECT_EQ(s.theta_rate <= 0, share < 1) << theta << " " << r;
+      }
+    }
+  }
+  for (const Stall stall : {Stall::kStops, Stall::kLiteral}) {
+    p.stall = stall;
+    EXPECT_FALSE(stopped(p, {.theta = 0.1, .r = 1, .theta_rate = 1e-3}));
+    EXPECT_TRUE(stopped(p, {.theta = 0.1, .r = 1, .theta_rate = 0}));
+    EXPECT_TRUE(stopped(p, {.theta = -0.1, .r = 1, .theta_rate = -1}));
+  }
+}
+
+TEST(Planner, ExpandsAllThatAnActionMayDoAndNothingElse) {
+  const auto falls = fallsOf("atlas");
+  FallProblem p = coarse(*falls, "two_feet", "forward");
+  p.grid.rod_rates = 3;
+  p.least_interval = 0.1;
+  const int angles = static_cast<int>(std::lround(2 * std::numbers::pi / p.grid.angle));
+  size_t seen = 0;
+  Expansion out;  // used again and again, as a search does
+  for (int i = 0; i < 4; ++i) {
+    FallState start = randomStart(1.1, i);
+    start.pendulum.theta = std::abs(start.pendulum.theta);  // nothing stops it
+    start.time = i % 2 == 0 ? 0 : 0.3;
+    expand(p, start, out);
+    ASSERT_FALSE(out.stops);
+    seen += out.contacts.size();
+    size_t allowed = 0;
+    const std::vector<int>& next = p.graph.edges[0];
+    for (const double rate : {-p.rod_speed, 0.0, p.rod_speed}) {
+      for (int k = 1; k * p.grid.time < 1.5; ++k) {
+        for (int a = 1; a <= angles; ++a) {
+          for (const int to : next) {
+            allowed += tryAction(p, start,
+                                 {to, -std::numbers::pi + a * p.grid.angle, k * p.grid.time, rate})
+                           .has_value();
+          }
+        }
+      }
+    }
+    EXPECT_EQ(out.contacts.size(), allowed);
+    for (const PlannedContact& c : out.contacts) {
+      const auto tried = tryAction(p, start, c.action);
+      ASSERT_TRUE(tried);
+      EXPECT_EQ(tried->impact.impulse, c.impact.impulse);
+      EXPECT_EQ(c.next().time, start.time + c.action.duration);
+      EXPECT_EQ(c.next().contact, c.action.contact);
+      EXPECT_GE(c.action.duration, p.least_interval);
+      const auto edge = std::find(next.begin(), next.end(), c.action.contact) - next.begin();
+      ASSERT_LT(edge, static_cast<std::ptrdiff_t>(next.size()));
+      const double turn =
+          std::remainder(c.action.theta2 - p.first_angle[0][edge], 2 * std::numbers::pi);
+      EXPECT_LE(std::abs(turn), c.next().time * p.stopper_speed + 1e-9);
+      EXPECT_TRUE(p.reach[0][edge].reachable(c.before.r, c.impact.length, c.action.theta2));
+      // The stopper's tip is on the ground.
+      EXPECT_NEAR(c.before.com().y() + c.impact.length * std::cos(c.before.theta + c.action.theta2),
+                  0, 1e-9);
+    }
+  }
+  EXPECT_GT(seen, 0U);
+}
+
+TEST(Planner, AHeldPoseHitsTheGroundPartByPart) {
+  FallProblem p;
+  p.model = {.mass = 100, .inertia = 20};
+  const FallState start{0, 0.5, {.theta = 0.1, .r = 1, .theta_rate = 0.5}};
+  const std::vector<HeldPart> parts = {{"hand", 0.8, 2.2}, {"knee", 0.75, 2.6}, {"head", 0.5, 0}};
+  const std::vector<HeldImpact> impacts = heldFall(p, parts, start);
+  ASSERT_EQ(impacts.size(), 2U);
+  // Where the tips are, seen from the COM: the body turns with the rod between impacts, and not in
+  // one, whatever the new rod's direction is.
+  std::vector<double> world;
+  for (const HeldPart& part : parts) world.push_back(start.pendulum.theta + part.theta2);
+  PendulumState s = start.pendulum;
+  double time = start.time;
+  std::vector<bool> down(parts.size());
+  for (const HeldImpact& found : impacts) {
+    size_t hit = parts.size();
+    while (hit == parts.size()) {
+      ASSERT_LT(s.theta, std::numbers::pi / 2);
+      const double before = s.theta;
+      step(p.model, 0, s);
+      time += p.model.step;
+      for (size_t i = parts.size(); i-- > 0;) {
+        world[i] += s.theta - before;
+        const bool below = s.com().y() + parts[i].r2 * std::cos(world[i]) <= 0;
+        if (below && !down[i]) hit = i;
+      }
+    }
+    down[hit] = true;
+    EXPECT_EQ(found.part, parts[hit].name);
+    EXPECT_NEAR(found.time, time, 1e-9);
+    const auto expected = impact(p.model, s, world[hit] - s.theta);
+    ASSERT_TRUE(expected);
+    EXPECT_NEAR(found.impulse, expected->impulse, 1e-9 * expected->impulse);
+    s = expected->after;
+  }
 }
 
 TEST(Planner, ACachePlansNearlyAsWellAsTheOptimum) {
