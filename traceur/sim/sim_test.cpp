@@ -527,6 +527,61 @@ TEST(Scene, WallAndRailStandWhereTheyAreAsked) {
   EXPECT_TRUE(model->isStatic(model->body("rail")));
 }
 
+TEST(Model, NamesThePropThatARobotReachesInto) {
+  const auto reached = [](double height, double depth) {
+    const auto model = onGround({{.name = "far", .size = {.1, .1, .1}, .position = {2, 0, .1}},
+                                 {.name = "step", .size = {.3, .3, .05}, .position = {0, 0, .05}}});
+    State s = model->stateOf({});  // with its lowest point on the ground
+    s.q[2] += height;
+    const auto body = model->bodyReachedInto(s, depth);
+    return body ? model->bodyName(*body) : "";
+  };
+  EXPECT_EQ(reached(0.09, 0.005), "step");
+  EXPECT_EQ(reached(0.09, 0.015), "");
+  EXPECT_EQ(reached(0.11, 0.001), "");
+  // Not what it reaches of itself.
+  const auto model = onGround();
+  State s = model->stateOf({});
+  s.q[2] += 1;
+  s.q[model->joint("l_hip").q] = 1.2;
+  s.q[model->joint("r_hip").q] = -1.2;
+  EXPECT_FALSE(model->bodyReachedInto(s, 0.001));
+}
+
+TEST(Model, TheRobotsRootIsWhatFloatsFirstOrTheFirstBody) {
+  const auto root = [](const std::string& bodies) {
+    const auto model = Model::fromMjcf("<mujoco><worldbody>" + bodies + "</worldbody></mujoco>");
+    return std::pair(model->root().value, model->rootDofs());
+  };
+  const std::string fixed = "<body><geom size='.1'/></body>";
+  const std::string hinged = "<body pos='1 0 0'><joint/><geom size='.1'/></body>";
+  const std::string floating = "<body pos='0 1 0'><freejoint/><geom size='.1'/></body>";
+  EXPECT_EQ(root(fixed + hinged + floating + floating), std::pair(3, 6));
+  EXPECT_EQ(root(floating + hinged), std::pair(1, 6));
+  EXPECT_EQ(root(fixed + hinged), std::pair(1, 0));
+  EXPECT_EQ(root(hinged), std::pair(1, 0));
+  EXPECT_EQ(root("<geom size='.1'/>"), std::pair(0, 0));
+}
+
+TEST(Model, StandsOnItsLowestPointWhateverItsShape) {
+  // Each turned so that no axis is the vertical; heights by geometry.
+  const double c = std::cos(0.4);
+  const double n = std::sin(0.4);
+  const std::pair<const char*, double> shapes[] = {
+      {"type='sphere' size='.3'", .3},
+      {"type='box' size='.1 .2 .3'", .2 * n + .3 * c},
+      {"type='capsule' size='.1 .3'", .1 + .3 * c},
+      {"type='cylinder' size='.1 .3'", .1 * n + .3 * c},
+      {"type='ellipsoid' size='.1 .2 .3'", std::hypot(.2 * n, .3 * c)}};
+  for (const auto& [shape, height] : shapes) {
+    const auto model = Model::fromMjcf(
+        "<mujoco><worldbody><body><freejoint/><geom type='sphere' size='.01' pos='0 0 0'/>"
+        "<geom euler='22.9183118 0 0' " +
+        std::string(shape) + "/></body></worldbody></mujoco>");
+    EXPECT_NEAR(model->stateOf({}).q[2], height, 1e-6) << shape;
+  }
+}
+
 TEST(Scene, MistakesInPropsAndSurfacesNameThem) {
   const auto message = [](const Scene& scene) -> std::string {
     try {
