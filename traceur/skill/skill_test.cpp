@@ -87,6 +87,18 @@ TEST(SkillFile, PhasesMayFormACycle) {
             std::string::npos);
 }
 
+TEST(Rollout, PhasesThatEndAtOnceEndOnceAStep) {
+  const std::string text =
+      replaced(replaced(kNod, "pose = { base = \"previous\" }",
+                        "pose = { base = \"previous\" }\nuntil = \"time >= 0\"\nthen = \"bend\""),
+               "phase_time >= 0.1", "time >= 0");
+  std::vector<int> phases;
+  Runner(fromText(text))
+      .run(VectorXd::Constant(1, 0.3), 0.1, nullptr,
+           [&](double, int phase, const control::JointTarget&) { phases.push_back(phase); });
+  EXPECT_EQ(phases, std::vector<int>(200, 0));  // two phases: round the cycle once
+}
+
 TEST(SkillProblem, ScoresOneTrialForAllTasks) {
   const auto skill = fromText(kNod);
   const VectorXd tasks = VectorXd::LinSpaced(3, 0, 1);
@@ -300,6 +312,15 @@ TEST(Rollout, AMeasureThatSawNothingHasNoValueUnlessTheFileGivesOne) {
         early(replaced(text, "cost = \"early\"", "cost = \"" + std::string(cost) + "\""))))
         << cost;
   }
+  // Also where there is no other measure, and whatever another one saw.
+  std::string alone = replaced(text, "bent = { of = \"joint.l_shoulder\", take = \"last\" }\n", "");
+  alone = replaced(alone, "highest = { of = \"com.z\", take = \"max\" }\n", "");
+  alone = replaced(alone, "achieved = \"bent\"", "achieved = \"early < 1\"");
+  alone = replaced(alone, "(bent - task)^2", "max(0, 1 - early)");
+  const Rollout r = Runner(fromText(alone)).run(x, 0.1);
+  EXPECT_TRUE(std::isnan(r.terms[0]));
+  EXPECT_TRUE(std::isnan(r.achieved));
+  EXPECT_TRUE(std::isfinite(Runner(fromText(text)).run(x, 0.1).terms[0]));
   EXPECT_EQ(early(replaced(text, "take = \"max\", during", "take = \"integral\", during")), 0);
   EXPECT_EQ(
       early(replaced(text, "take = \"max\", during", "take = \"max\", otherwise = 7, during")), 7);
