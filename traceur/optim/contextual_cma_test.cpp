@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "traceur/core/error.h"
+#include "traceur/optim/cma_constants.h"
 #include "traceur/optim/minimise.h"
 
 namespace traceur::optim {
@@ -38,6 +42,237 @@ class Moving : public Problem {
 
 std::unique_ptr<FamilyOptimizer> made(const Problem& p, const FamilyOptions& o = {}) {
   return makeContextualCma(p, o);
+}
+
+/// The equations of the header, in loops and without bounds.
+struct Textbook {
+  int n, K;
+  std::uint64_t memory;  // generations of elites
+  VectorXd w;            // (M)
+  MatrixXd A, C, p_sigma, p_c;
+  double sigma;
+  int updates = 0;
+  std::vector<ContextualCmaState::Elite> elites = {};
+  int stalled = 0;  // generations with h_σ = 0
+  int served = 0;   // tasks that had an elite
+
+  Textbook(const VectorXd& x0, double s, int k, std::uint64_t generations, VectorXd positions)
+      : n(static_cast<int>(x0.size())),
+        K(k),
+        memory(generations),
+        w(std::move(positions)),
+        A(x0.replicate(1, K)),
+        C(MatrixXd::Identity(n, n)),
+        p_sigma(MatrixXd::Zero(n, K)),
+        p_c(p_sigma),
+        sigma(s) {}
+
+  /// The integral of -ln 2u from a to b, of its positive (sign 1) or negative part.
+  static double logarithm(double a, double b, int sign) {
+    const auto whole = [](double u) { return u > 0 ? u - u * std::log(2 * u) : 0; };
+    const auto in = [&](double u) { return sign > 0 ? std::min(u, 0.5) : std::max(u, 0.5); };
+    return whole(in(b)) - whole(in(a));
+  }
+
+  /// @param sampled  (n x λ)
+  /// @param known    costs, (M x λ), NaN where there is none
+  void learn(std::uint64_t generation, const MatrixXd& sampled, const MatrixXd& known) {
+    const auto M = static_cast<int>(w.size());
+    const MatrixXd inverse = C.inverse();
+    std::vector<VectorXd> phi;
+    for (const double at : w) phi.push_back(bernstein(K, at));
+    const auto y = [&](const VectorXd& x, int i) { return VectorXd((x - A * phi[i]) / sigma); };
+    const auto squared = [&](const VectorXd& x, int i) { return y(x, i).dot(inverse * y(x, i)); };
+
+    std::vector<VectorXd> x;
+    std::vector<VectorXd> cost;
+    std::vector<VectorXd> r;
+    for (int k = 0; k < sampled.cols(); ++k) {
+      x.push_back(sampled.col(k));
+      cost.push_back(known.col(k));
+      VectorXd p(M);
+      for (int i = 0; i < M; ++i) p[i] = std::exp(-squared(x[k], i) / 2);
+      r.push_back(p / p.mean());
+    }
+    std::vector<const ContextualCmaState::Elite*> taken;
+    for (int i = 0; i < M; ++i) {
+      const ContextualCmaState::Elite* best = nullptr;
+      for (const auto& e : elites) {
+        if (!std::isnan(e.costs[i]) && (!best || e.costs[i] < best->costs[i])) best = &e;
+      }
+      if (!best || squared(best->x, i) > std::pow(std::sqrt(n) + 2.0 * n / (n + 2), 2)) continue;
+      size_t at = std::find(taken.begin(), taken.end(), best) - taken.begin();
+      if (at == taken.size()) {
+        taken.push_back(best);
+        x.push_back(best->x);
+        cost.push_back(Eigen::Map<const VectorXd>(best->costs.data(), M));
+        r.push_back(VectorXd::Zero(M));
+      }
+      r[sampled.cols() + at][i] = 1;
+      ++served;
+    }
+    const auto lambda = static_cast<int>(x.size());
+
+    MatrixXd W = MatrixXd::Zero(M, lambda);
+    MatrixXd below = W;
+    VectorXd h = VectorXd::Zero(M);
+    for (int i = 0; i < M; ++i) {
+      std::vector<int> rank(lambda);
+      std::iota(rank.begin(), rank.end(), 0);
+      const auto order = [&](int k) { return std::isnan(cost[k][i]) ? INFINITY : cost[k][i]; };
+      std::stable_sort(rank.begin(), rank.end(), [&](int a, int b) { return order(a) < order(b); });
+      double meaningful = 0, all = 0;
+      for (int k = 0; k < lambda; ++k) {
+        all += r[k][i];
+        if (!std::isnan(cost[k][i])) meaningful += r[k][i];
+      }
+      double u = 0;
+      for (const int k : rank) {
+        const double end = u + r[k][i];
+        if (!std::isnan(cost[k][i])) W(i, k) = logarithm(u / meaningful, end / meaningful, 1);
+        below(i, k) = logarithm(u / all, end / all, -1);
+        u = end;
+      }
+      W.row(i) /= W.row(i).sum();
+      below.row(i) /= -below.row(i).sum();
+      h[i] = std::min(1.0, meaningful / (lambda / 2.0));
+    }
+    h /= h.sum();
+
+    MatrixXd G = MatrixXd::Zero(K, K);
+    MatrixXd moved = MatrixXd::Zero(n, K);
+    MatrixXd shared = MatrixXd::Zero(K, K);  // Φ S Φᵀ
+    double pooled = 0, pooled_below = 0;
+    for (int i = 0; i < M; ++i) {
+      G += h[i] * phi[i] * phi[i].transpose();
+      VectorXd delta = -A * phi[i];
+      for (int k = 0; k < lambda; ++k) delta += W(i, k) * x[k];
+      moved += h[i] * delta * phi[i].transpose();
+      for (int j = 0; j < M; ++j) {
+        const double S = h[i] * h[j] * W.row(i).dot(W.row(j));
+        shared += S * phi[i] * phi[j].transpose();
+        pooled += S;
+        pooled_below += h[i] * h[j] * below.row(i).dot(below.row(j));
+      }
+    }
+    G += 1e-8 * G.trace() * MatrixXd::Identity(K, K);
+    const MatrixXd delta_A = moved * G.inverse();
+    const double mu_w = K / (G.inverse() * shared).trace();
+    const double mu = 1 / pooled;
+    const double N = n * K;
+    const double c_sigma = (mu_w + 2) / (n + mu_w + 3);
+    const double d_sigma = 1 + 2 * std::max(0.0, std::sqrt((mu_w - 1) / (N + 1)) - 1) + c_sigma;
+    const double chi = std::sqrt(N) * (1 - 1 / (4 * N) + 1 / (21 * N * N));
+    const double c_c = (4 + mu / n) / (n + 4 + 2 * mu / n);
+    const double c_1 = 2 / (std::pow(n + 1.3, 2) + mu);
+    const double c_mu = std::min(1 - c_1, 2 * (mu + 1 / mu - 1.75) / (std::pow(n + 2, 2) + mu));
+
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(C);
+    const MatrixXd step = delta_A * MatrixXd(G.llt().matrixL()) / sigma;
+    ++updates;
+    p_sigma = (1 - c_sigma) * p_sigma +
+              std::sqrt(c_sigma * (2 - c_sigma) * mu_w) * eigen.operatorInverseSqrt() * step;
+    const bool moves = p_sigma.norm() / std::sqrt(1 - std::pow(1 - c_sigma, 2 * updates)) <
+                       (1.4 + 2 / (N + 1)) * chi;
+    stalled += !moves;
+    p_c = (1 - c_c) * p_c + (moves ? std::sqrt(c_c * (2 - c_c) * mu_w) : 0) * step;
+    const double alpha =
+        std::min({1 + c_1 / c_mu, 1 + 2 / pooled_below / (mu + 2), (1 - c_1 - c_mu) / (n * c_mu)});
+    MatrixXd learned = MatrixXd::Zero(n, n);
+    double sum = 0;
+    for (int i = 0; i < M; ++i) {
+      for (int k = 0; k < lambda; ++k) {
+        const double failed = std::isnan(cost[k][i]) ? kWeightOfFailure : 1;
+        const double low = alpha * failed * below(i, k);
+        sum += h[i] * (W(i, k) + low);
+        learned +=
+            h[i] * (W(i, k) + low * n / squared(x[k], i)) * y(x[k], i) * y(x[k], i).transpose();
+      }
+    }
+    A += delta_A;
+    C = (1 + (moves ? 0 : c_1 * c_c * (2 - c_c)) - c_1 - c_mu * sum) * C +
+        c_1 / K * p_c * p_c.transpose() + c_mu * learned;
+    sigma *= std::exp(std::min(1.0, c_sigma / d_sigma * (p_sigma.norm() / chi - 1)));
+
+    std::erase_if(elites, [&](const auto& e) { return generation - e.generation >= memory; });
+    std::vector<int> best;
+    for (int i = 0; memory > 0 && i < M; ++i) {
+      int of = -1;
+      for (int k = 0; k < sampled.cols(); ++k) {
+        if (!std::isnan(known(i, k)) && (of < 0 || known(i, k) < known(i, of))) of = k;
+      }
+      if (of < 0 || std::find(best.begin(), best.end(), of) != best.end()) continue;
+      best.push_back(of);
+      elites.push_back({generation, sampled.col(of), {known.col(of).begin(), known.col(of).end()}});
+    }
+  }
+};
+
+TEST(ContextualCma, UpdatesAsItsEquationsSay) {
+  struct Case {
+    const char* what;
+    int n, K, memory;
+    double sigma;
+    bool fails;
+  };
+  for (const Case& c :
+       std::initializer_list<Case>{{"line", 4, 2, 0, 0.3, false},
+                                   {"point", 3, 1, 0, 0.3, false},
+                                   {"cubic", 3, 4, 0, 0.3, false},
+                                   {"small step, so that h_sigma stalls", 4, 2, 0, 1e-3, false},
+                                   {"failures", 4, 2, 0, 0.3, true},
+                                   {"elites", 4, 2, 3, 0.3, false},
+                                   {"elites among failures", 4, 2, 2, 0.3, true}}) {
+    SCOPED_TRACE(c.what);
+    VectorXd tasks(4);
+    tasks << 1, 2, 4, 5;
+    const VectorXd x0 = VectorXd::LinSpaced(c.n, 1, 2);
+    // As many samples as make a generation be about all four tasks, and no curves.
+    ContextualCma cma({.tasks = tasks,
+                       .x0 = x0,
+                       .sigma = c.sigma,
+                       .control_points = c.K,
+                       .lambda = 24,
+                       .curve_share = 1e-6,
+                       .elite_generations = c.memory,
+                       .tolx = 0,
+                       .tolstagnation = 0});
+    Textbook book(x0, c.sigma, c.K, c.memory, (tasks.array() - 1) / 4);
+    for (std::uint64_t g = 0; g < 30; ++g) {
+      const std::vector<Candidate> candidates = cma.ask();
+      ASSERT_EQ(candidates.size(), 24U);
+      MatrixXd X(c.n, 24);
+      MatrixXd costs(4, 24);
+      for (int k = 0; k < 24; ++k) {
+        const VectorXd& x = candidates[k].x;
+        X.col(k) = x;
+        Evaluation e{.cost = 0};
+        e.failed = c.fails && std::sin(1e4 * x[0]) > 0.5;
+        for (int i = 0; i < 4; ++i) {
+          double cost = 0;
+          for (int j = 0; j < c.n; ++j) {
+            cost += std::pow(10, j) * std::pow(x[j] - 0.3 * tasks[i] * (j - 1), 2);
+          }
+          e.task_costs.push_back(cost);
+          e.cost += cost / 4;
+          costs(i, k) = e.failed ? NAN : cost;
+        }
+        cma.tell(candidates[k].id, e);
+      }
+      book.learn(g, X, costs);
+      const ContextualCmaState& s = cma.state();
+      ASSERT_LE((s.A - book.A).norm(), 1e-7 * (1 + book.A.norm())) << g;
+      ASSERT_NEAR(s.sigma, book.sigma, 1e-7 * book.sigma) << g;
+      ASSERT_LE((s.C - book.C).norm(), 1e-6 * book.C.norm()) << g;
+      ASSERT_LE((s.p_sigma - book.p_sigma).norm(), 1e-6) << g;
+      ASSERT_LE((s.p_c - book.p_c).norm(), 1e-6) << g;
+      ASSERT_EQ(s.elites.size(), book.elites.size()) << g;
+    }
+    EXPECT_EQ(book.served > 0, c.memory > 0);
+    if (c.sigma < 0.01) {
+      EXPECT_GT(book.stalled, 2);
+    }
+  }
 }
 
 TEST(ContextualCma, FindsAMovingOptimumBetweenTheTasksToo) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "traceur/core/error.h"
@@ -14,6 +16,132 @@ TEST(OnePlusOne, TriesItsStartFirst) {
   EXPECT_EQ(o.ask()[0].x, VectorXd::LinSpaced(3, 1, 2));
   o.tell(0, {.cost = 1});
   EXPECT_NE(o.ask()[0].x, VectorXd::LinSpaced(3, 1, 2));
+}
+
+/// The equations of the header, with C itself and without bounds.
+struct Textbook {
+  OnePlusOneOptions o;
+  int n;
+  VectorXd parent, p_c;
+  MatrixXd C, v;
+  double sigma, p = 2.0 / 11, cost = 0;
+  int violations = -1;          // no parent yet
+  std::vector<double> parents;  // costs, of as many violations
+  int failures = 0, worse = 0;  // how often each was learned from
+
+  explicit Textbook(const OnePlusOneOptions& options)
+      : o(options),
+        n(static_cast<int>(o.x0.size())),
+        parent(o.x0),
+        p_c(VectorXd::Zero(n)),
+        C(MatrixXd::Identity(n, n)),
+        v(MatrixXd::Zero(n, o.constraints + 1)),
+        sigma(o.sigma) {}
+
+  void learn(const VectorXd& x, const Evaluation& e) {
+    std::vector<int> violated;
+    for (int j = 0; j < o.constraints; ++j) {
+      if (!e.failed && e.violated[j]) violated.push_back(j);
+    }
+    if (e.failed) violated = {o.constraints};
+    int count = static_cast<int>(violated.size());
+    if (e.failed) {
+      count = o.constraints + 1;
+    } else if (!o.feasible_first) {
+      count = 0;
+    }
+    const VectorXd y = (x - parent) / sigma;
+    if (violations < 0) {
+      violations = count;
+      cost = e.failed ? 0 : e.cost;
+    } else if (count > 0 && violations == 0) {
+      if (o.active_constraints) learnFailure(violated, y);
+    } else if (!e.failed) {
+      const bool success = count < violations || (count == violations && e.cost <= cost);
+      p = 11.0 / 12 * p + (success ? 1.0 / 12 : 0);
+      if (success) {
+        learnSuccess(y);
+        parents.push_back(cost);
+        if (count != violations) parents.clear();
+        parent = x;
+        violations = count;
+        cost = e.cost;
+      } else if (count == violations && parents.size() >= 5 && o.active &&
+                 e.cost > parents[parents.size() - 5]) {
+        ++worse;
+        const double squared = y.dot(C.inverse() * y);
+        double c = 0.4 / (std::pow(n, 1.6) + 1);
+        if (2 * squared > 1) c = std::min(c, 1 / (2 * squared - 1));
+        C = (1 + c) * C - c * y * y.transpose();
+      }
+      sigma *= std::exp((p - 2.0 / 11) / ((1 + n / 2.0) * 9 / 11));
+    }
+  }
+
+  void learnSuccess(const VectorXd& y) {
+    const double c_c = 2.0 / (n + 2), c_cov = 2.0 / (n * n + 6.0);
+    p_c *= 1 - c_c;
+    if (p < 0.44) p_c += std::sqrt(c_c * (2 - c_c)) * y;
+    C = (1 - c_cov + (p < 0.44 ? 0 : c_cov * c_c * (2 - c_c))) * C + c_cov * p_c * p_c.transpose();
+  }
+
+  void learnFailure(const std::vector<int>& violated, const VectorXd& y) {
+    ++failures;
+    const double beta = 0.1 / ((n + 2) * static_cast<double>(violated.size()));
+    for (const int j : violated) {
+      v.col(j) = (n + 1) * v.col(j) / (n + 2) + y / (n + 2);
+    }
+    for (const int j : violated) {
+      const VectorXd d = v.col(j);
+      C -= (2 * beta - beta * beta) / d.dot(C.inverse() * d) * d * d.transpose();
+    }
+  }
+};
+
+TEST(OnePlusOne, UpdatesAsItsEquationsSay) {
+  struct Case {
+    const char* what;
+    OnePlusOneOptions o;
+    bool fails;
+  };
+  const VectorXd x0 = VectorXd::LinSpaced(4, 1, 2);
+  const VectorXd outside = x0 - 0.7 * VectorXd::Unit(4, 0);
+  for (const Case& c : std::initializer_list<Case>{
+           {"free", {.x0 = x0, .sigma = 0.5}, false},
+           {"small step, so that the path stalls", {.x0 = x0, .sigma = 1e-3}, false},
+           {"passive", {.x0 = x0, .sigma = 0.5, .active = false}, false},
+           {"constraints", {.x0 = x0, .sigma = 0.5, .constraints = 2}, false},
+           {"deaf to constraints",
+            {.x0 = x0, .sigma = 0.5, .constraints = 2, .active_constraints = false},
+            false},
+           {"infeasible start", {.x0 = outside, .sigma = 0.5, .constraints = 2}, true},
+           {"by cost alone",
+            {.x0 = x0, .sigma = 0.5, .constraints = 2, .feasible_first = false},
+            true}}) {
+    SCOPED_TRACE(c.what);
+    OnePlusOne one(c.o);
+    Textbook book(c.o);
+    for (int t = 0; t < 250; ++t) {
+      const Candidate candidate = one.ask()[0];
+      const VectorXd& x = candidate.x;
+      Evaluation e{.cost = 0};
+      for (int j = 0; j < 4; ++j) e.cost += std::pow(10, j) * x[j] * x[j];
+      e.failed = c.fails && std::sin(1e4 * x[0]) > 0.7;
+      if (c.o.constraints > 0) e.violated = {x[0] < 0.5, x[0] + x[1] < 0.8};
+      one.tell(candidate.id, e);
+      book.learn(x, e);
+      const OnePlusOneState& s = one.state();
+      ASSERT_LE((s.parent - book.parent).norm(), 1e-9) << t;
+      ASSERT_NEAR(s.sigma, book.sigma, 1e-9 * book.sigma) << t;
+      ASSERT_NEAR(s.p_success, book.p, 1e-9) << t;
+      ASSERT_LE((s.shape.covariance() - book.C).norm(), 1e-7 * book.C.norm()) << t;
+      ASSERT_EQ(s.violations, book.violations) << t;
+      ASSERT_EQ(s.cost, book.cost) << t;
+    }
+    EXPECT_EQ(book.worse > 0, c.o.active);
+    const bool hears = c.o.constraints > 0 && c.o.active_constraints;
+    EXPECT_EQ(book.failures > 0, hears);
+  }
 }
 
 TEST(OnePlusOne, TheFifthLastParentIsTheOldestOfTheQueue) {
