@@ -369,6 +369,72 @@ TEST(Offscreen, ForcesAndCentreOfMassAreDrawnWhenAsked) {
             offscreen.draw(r.frames[50], camera, {.contact_forces = true}).rgb);
 }
 
+TEST(Offscreen, AShapeOfAnyKindFillsThePictureAndStaysInIt) {
+  for (const char* shape :
+       {"type='sphere' size='.3'", "type='box' size='.1 .2 .3'", "type='box' size='.3 .05 .1'",
+        "type='capsule' size='.1 .3'", "type='cylinder' size='.1 .3'",
+        "type='cylinder' size='.3 .1'", "type='ellipsoid' size='.1 .2 .3'"}) {
+    SCOPED_TRACE(shape);
+    const auto model = sim::Model::fromMjcf(
+        "<mujoco><visual><headlight ambient='1 1 1' diffuse='0 0 0'/></visual><worldbody>"
+        "<body pos='0 0 1'><freejoint/><geom rgba='1 0 0 1' euler='30 20 40' " +
+        std::string(shape) + "/></body></worldbody></mujoco>");
+    Offscreen offscreen(model, {.width = 200, .height = 200, .quality = Quality::kFast});
+    sim::Frame frame;
+    frame.state = model->initialState();
+    for (const View view : {View::kSide, View::kFront, View::kThreeQuarter}) {
+      const Patch red = find(offscreen.draw(frame, {.view = view}), Hue::kRed);
+      // It fills 0.8 at the depth of its nearest point, and is widest behind that.
+      const double part = std::max(red.right - red.left + 1, red.bottom - red.top + 1) / 200.0;
+      EXPECT_GT(part, 0.63);
+      EXPECT_LT(part, 0.8);
+      // Its middle is the picture's.
+      EXPECT_NEAR((red.left + red.right) / 2.0, 100, 10);
+      EXPECT_NEAR((red.top + red.bottom) / 2.0, 100, 10);
+    }
+  }
+}
+
+TEST(Offscreen, AnArrowIsAShaftWithATriangleForAHead) {
+  sim::Recording r = jump();
+  sim::Frame frame = r.frames[50];  // in flight: only this force
+  Offscreen offscreen(testModel(), {.width = 400, .height = 400, .quality = Quality::kFast});
+  const Camera camera = offscreen.aim({&frame, 1}, {.view = View::kFront})[0];
+  const Image plain = offscreen.draw(frame, camera);
+  sim::Contact c;
+  c.body_a = {0};
+  c.body_b = testModel()->body("trunk");
+  c.p_WC = frame.state.q.head<3>();
+  c.normal = {0, 0, 1};
+  c.f_WC = {0, 0, testModel()->mass() * 9.81};
+  frame.contacts = {c};
+  const Image drawn = offscreen.draw(frame, camera, {.contact_forces = true});
+  // Widths of the arrow, row by row, and of its rim.
+  std::vector<int> blue;
+  std::vector<int> rim;
+  for (int y = 0; y < 400; ++y) {
+    int ink = 0;
+    int changed = 0;
+    for (int x = 0; x < 400; ++x) {
+      ink += drawn.at(x, y) == Color{0, 90, 181};
+      changed += !(drawn.at(x, y) == plain.at(x, y));
+    }
+    if (changed == 0) continue;
+    blue.push_back(ink);
+    rim.push_back(changed);
+  }
+  ASSERT_GT(blue.size(), 60U);
+  const double half = 400 / 130.0;
+  const int shaft = blue[blue.size() - 15];
+  const int head = *std::max_element(blue.begin(), blue.end());
+  EXPECT_NEAR(shaft, 2 * half, 1.5);
+  EXPECT_NEAR(head, 2 * 2.6 * half, 3.5);
+  EXPECT_NEAR(rim[rim.size() - 15], 2 * 1.5 * half, 2.5);
+  EXPECT_NEAR(*std::max_element(rim.begin(), rim.end()), 2 * (2.6 + 0.8) * half, 3.5);
+  const auto widest = std::max_element(blue.begin(), blue.end()) - blue.begin();
+  EXPECT_NEAR(static_cast<double>(widest), 5 * half, 6);  // from the tip
+}
+
 TEST(Offscreen, CameraFollowsSmoothlyOrStandsStill) {
   sim::Recording r = jump();
   for (size_t i = 0; i < r.frames.size(); ++i) r.frames[i].state.q[0] += i % 2 ? 0.01 : -0.01;
