@@ -3,8 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,6 +11,7 @@
 #include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/core/file_lock.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/utf8.h"
 
@@ -33,59 +32,10 @@ constexpr const char* kSchema = R"(
 
 struct RunFile::Impl {
   std::filesystem::path file;
+  std::optional<FileLock> lock;  // given back after the database is closed
   sqlite3* db = nullptr;
-  int lock = -1;
 
-  ~Impl() {
-    sqlite3_close(db);
-    unlock();
-  }
-
-  std::filesystem::path lockFile() const { return file.string() + "-lock"; }
-
-  /// Two programs that resume the same run would write the same generations. The lock is on a file
-  /// beside the run: SQLite loses its own locks when anyone in the process closes a descriptor of
-  /// the run itself.
-  /// @return whether nobody else has it
-  bool tryToLock() {
-    const std::filesystem::path path = lockFile();
-    while (true) {
-      lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-      if (lock < 0) failLock(path);
-      if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
-        const int error = errno;
-        ::close(lock);
-        lock = -1;
-        if (error == EWOULDBLOCK) return false;
-        errno = error;
-        failLock(path);
-      }
-      struct stat ours = {};
-      struct stat named = {};
-      if (fstat(lock, &ours) == 0 && stat(path.c_str(), &named) == 0 &&
-          ours.st_ino == named.st_ino && ours.st_dev == named.st_dev) {
-        return true;
-      }
-      ::close(lock);  // its last holder removed it between our two calls
-    }
-  }
-
-  void lockForWriting() {
-    if (!tryToLock()) {
-      throw InputError(fmt::format("{}: another process is writing it", file.string()));
-    }
-  }
-
-  void unlock() {
-    if (lock < 0) return;
-    ::unlink(lockFile().c_str());  // while it is still locked: nobody else's
-    ::close(lock);
-    lock = -1;
-  }
-
-  [[noreturn]] static void failLock(const std::filesystem::path& path) {
-    throw SystemError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(errno)));
-  }
+  ~Impl() { sqlite3_close(db); }
 
   void openDatabase(bool to_write) {
     sqlite3_close(db);
@@ -107,10 +57,10 @@ struct RunFile::Impl {
       return;
     }
     try {
-      if (tryToLock()) {
+      if (lock = FileLock::tryToTake(file)) {
         openDatabase(true);
         execute("PRAGMA schema_version", "cannot be taken back to its last whole generation");
-        unlock();
+        lock.reset();
       }
       openDatabase(false);
     } catch (const SystemError& e) {
@@ -304,7 +254,7 @@ RunFile RunFile::create(const std::filesystem::path& file, const Meta& meta) {
   auto impl = std::make_unique<Impl>();
   impl->file = file;
   try {
-    impl->lockForWriting();
+    impl->lock = FileLock::take(file);
     impl->openDatabase(true);
     Transaction transaction(impl->db);
     impl->execute("BEGIN IMMEDIATE", "cannot be written");
@@ -331,7 +281,8 @@ RunFile RunFile::open(const std::filesystem::path& file, bool to_write) {
   }
   auto impl = std::make_unique<Impl>();
   impl->file = file;
-  if (to_write) impl->lockForWriting();
+  // Two programs that resume the same run would write the same generations.
+  if (to_write) impl->lock = FileLock::take(file);
   impl->openDatabase(to_write);
   if (!to_write) impl->takeBackWhatWasCutOff();
   const auto pragma = [&](const char* name) {
@@ -403,7 +354,8 @@ void RunFile::forget(const std::vector<std::string>& recordings,
 bool RunFile::neverBegan(const std::filesystem::path& file) {
   Impl impl;
   impl.file = file;
-  if (!impl.tryToLock()) return false;
+  impl.lock = FileLock::tryToTake(file);
+  if (!impl.lock) return false;
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return false;
   if (!std::filesystem::is_empty(file, error) &&
