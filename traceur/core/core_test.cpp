@@ -10,7 +10,6 @@
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/pending_file.h"
-#include "traceur/core/process.h"
 #include "traceur/core/random.h"
 #include "traceur/core/run_file.h"
 #include "traceur/core/test_folder.h"
@@ -382,28 +381,6 @@ TEST(RunFile, NoPermissionLeavesNothingBehind) {
   std::ofstream(dir / "file") << "x";
   EXPECT_THROW(RunFile::create(dir / "file" / "a.run", kMeta), SystemError);
   EXPECT_FALSE(fs::exists(dir / "a.run"));
-}
-
-TEST(Process, TalksLineByLine) {
-  Process cat({"cat"}, Process::Output::kTalk);
-  cat.write("1 2\nnext\r\n");
-  EXPECT_EQ(cat.readLine(), "1 2");
-  EXPECT_EQ(cat.readLine(), "next");
-  cat.write("last\n");
-  EXPECT_EQ(cat.readLine(), "last");
-  cat.finish();
-}
-
-TEST(Process, SaysWhenAProgramEndsInsteadOfAnswering) {
-  Process done({"sh", "-c", "read x; exit 3"}, Process::Output::kTalk);
-  done.write("1\n");
-  try {
-    done.readLine();
-    FAIL() << "no exception";
-  } catch (const SystemError& e) {
-    EXPECT_NE(std::string(e.what()).find("exit 3"), std::string::npos) << e.what();
-  }
-  EXPECT_THROW(Process({"no-such-program"}, Process::Output::kTalk), SystemError);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -12,15 +11,20 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <system_error>
 
-#include "traceur/core/error.h"
+#include "traceur/core/keeper.h"
 
 namespace traceur {
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr off_t kMostWords = 2000;  // of a failed program's complaints, the last ones [ours]
+/// A program that closed its input or output gets so long to end by itself, and say why [ours].
+constexpr auto kToEnd = 2s;
+/// A request to stop is noticed so soon [ours].
+constexpr auto kStopNoticed = 50ms;
 
 [[noreturn]] void failToRun(const std::string& program, int error) {
   if (error == ENOENT && program.find('/') != std::string::npos) {
@@ -34,103 +38,98 @@ constexpr off_t kMostWords = 2000;  // of a failed program's complaints, the las
           : fmt::format("cannot run {}: {}", program, std::generic_category().message(error)));
 }
 
-/// Ours, without the variables that begin so; ends in a null, as a program expects it.
-std::vector<char*> environmentWithout(std::string_view hidden) {
-  std::vector<char*> variables;
-  for (char** v = environ; *v; ++v) {
-    if (hidden.empty() || !std::string_view(*v).starts_with(hidden)) variables.push_back(*v);
-  }
-  variables.push_back(nullptr);
-  return variables;
-}
-
 }  // namespace
 
 Process::Process(const std::vector<std::string>& argv, Output output, std::string_view hidden)
-    : name_(argv.at(0)), output_(output) {
+    : name_(argv.at(0)) {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) failToRun(name_, errno);
   input_ = ends[0];
   words_ = memfd_create("words", MFD_CLOEXEC);
-
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
-  if (output == Output::kTalk) {
-    posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
-  } else {
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_adddup2(&files, words_, STDERR_FILENO);
-  }
-  // The program starts with no signal blocked or ignored, whatever ours are.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  sigset_t pipe = none;
-  sigaddset(&pipe, SIGPIPE);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setsigdefault(&attributes, &pipe);
-  short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF;
-  if (output == Output::kTalk) {
-    // Ctrl-C on the terminal is ours to answer: a program of its own group does not see it.
-    posix_spawnattr_setpgroup(&attributes, 0);
-    flags |= POSIX_SPAWN_SETPGROUP;
-  }
-  posix_spawnattr_setflags(&attributes, flags);
-
-  std::vector<char*> args;
-  args.reserve(argv.size() + 1);
-  for (const std::string& a : argv) args.push_back(const_cast<char*>(a.c_str()));
-  args.push_back(nullptr);
-  const std::vector<char*> environment = environmentWithout(hidden);
-  const int error =
-      posix_spawnp(&pid_, args[0], &files, &attributes, args.data(), environment.data());
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
+  const bool talks = output == Output::kTalk;
+  const Keeper keeper = startKept({.argv = argv,
+                                   .input = ends[1],
+                                   .output = talks ? ends[1] : -1,
+                                   .error = talks ? -1 : words_,
+                                   .hidden = hidden});
   close(ends[1]);
-  if (error != 0) {
+  if (keeper.error != 0) {
     close(input_);
     close(words_);
-    failToRun(name_, error);
+    failToRun(name_, keeper.error);
   }
+  keeper_ = keeper.pid;
+  life_ = keeper.life;
 }
 
 Process::~Process() {
-  if (pid_ > 0) {
-    // One that talks leads a group of its own: a shell's simulation must not outlive the shell.
-    kill(output_ == Output::kTalk ? -pid_ : pid_, SIGKILL);
-    wait();
-  }
+  if (keeper_ > 0) wait();
   closeInput();
   close(words_);
 }
 
-void Process::write(std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = send(input_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (n > 0) bytes.remove_prefix(n);
-    if (n >= 0 || errno == EINTR) continue;
-    finish();  // the program's own words say more than "broken pipe"
-    throw SystemError(fmt::format("{} stopped before it had read everything", name_));
+void Process::heed(std::stop_token stop, double grace) {
+  stop_ = std::move(stop);
+  grace_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(grace));
+}
+
+/// Waits until fd is ready for the events, or closed.
+/// @return whether it is
+bool Process::ready(int fd, short events, Clock::time_point until) {
+  while (true) {
+    const Clock::time_point now = Clock::now();
+    if (stop_.stop_requested()) {
+      if (!patience_) patience_ = now + grace_;
+      if (now >= *patience_) throw GivenUp(fmt::format("{}: asked to stop", name_));
+    }
+    Clock::duration longest = std::max(until - now, Clock::duration::zero());
+    if (stop_.stop_possible()) longest = std::min<Clock::duration>(longest, kStopNoticed);
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(longest);
+    pollfd wait{fd, events, 0};
+    // In slices that fit an int.
+    const int n = poll(&wait, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 60'000)));
+    if (n > 0) return true;
+    if (n == 0 && Clock::now() >= until) return false;
   }
 }
 
-std::string Process::readLine() {
-  while (true) {
-    if (const size_t end = heard_.find('\n'); end != std::string::npos) {
-      std::string line = heard_.substr(0, end);
-      heard_.erase(0, end + 1);
-      if (!line.empty() && line.back() == '\r') line.pop_back();
-      return line;
-    }
-    char buffer[4096];
-    const ssize_t n = recv(input_, buffer, sizeof buffer, 0);
-    if (n > 0) heard_.append(buffer, n);
-    if (n > 0 || (n < 0 && errno == EINTR)) continue;
-    finish();
-    throw SystemError(fmt::format("{} ended (exit 0) though an answer was due", name_));
+void Process::write(std::string_view bytes) {
+  while (!bytes.empty()) {
+    ready(input_, POLLOUT, Clock::time_point::max());
+    const ssize_t n = send(input_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (n > 0) bytes.remove_prefix(n);
+    if (n >= 0 || errno == EINTR || errno == EAGAIN) continue;
+    missing("stopped before it had read everything");
   }
+}
+
+/// Hears more of a line that has no end yet.
+/// @return whether the line, or the program's end, came in time
+bool Process::hear(Clock::time_point until) {
+  size_t searched = 0;
+  while (heard_.find('\n', searched) == std::string::npos && !silent_) {
+    searched = heard_.size();
+    if (searched > kMostLine) {
+      throw SystemError(
+          fmt::format("{} answered with a line of more than {} bytes", name_, kMostLine));
+    }
+    if (!ready(input_, POLLIN, until)) return false;
+    char buffer[65536];
+    const ssize_t n = recv(input_, buffer, sizeof buffer, MSG_DONTWAIT);
+    if (n > 0) heard_.append(buffer, n);
+    silent_ = n == 0 || (n < 0 && errno != EINTR && errno != EAGAIN);
+  }
+  return true;
+}
+
+std::string Process::readLine() {
+  hear(Clock::time_point::max());
+  const size_t end = heard_.find('\n');
+  if (end == std::string::npos) missing("ended (exit 0) though an answer was due");
+  std::string line = heard_.substr(0, end);
+  heard_.erase(0, end + 1);
+  if (!line.empty() && line.back() == '\r') line.pop_back();
+  return line;
 }
 
 bool Process::hasMore() {
@@ -139,30 +138,31 @@ bool Process::hasMore() {
 }
 
 bool Process::answersWithin(double seconds) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  while (heard_.find('\n') == std::string::npos) {
-    const std::chrono::duration<double, std::milli> left = end - std::chrono::steady_clock::now();
-    pollfd wait{input_, POLLIN, 0};
-    const int ready = poll(&wait, 1, std::max(0, static_cast<int>(left.count())));
-    if (ready < 0 && errno == EINTR) continue;
-    if (ready <= 0) return false;
-    char buffer[4096];
-    const ssize_t n = recv(input_, buffer, sizeof buffer, 0);
-    if (n <= 0) break;  // its end; readLine() says so
-    heard_.append(buffer, n);
-  }
-  return true;
+  return hear(Clock::now() +
+              std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
 }
 
 std::string Process::finish() {
   closeInput();
+  ready(life_, POLLIN, Clock::time_point::max());
   const int status = wait();
   std::string said = words();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return said;
   const std::string how = WIFSIGNALED(status)
                               ? fmt::format("was stopped by signal {}", WTERMSIG(status))
                               : fmt::format("failed (exit {})", WEXITSTATUS(status));
-  throw SystemError(fmt::format("{} {}{}{}", name_, how, said.empty() ? "" : ": ", said));
+  throw Ended(fmt::format("{} {}{}{}", name_, how, said.empty() ? "" : ": ", said));
+}
+
+/// What the program was to do next it will not do.
+/// @throws Ended in the program's own words where there are some: they say more than "broken pipe"
+void Process::missing(const std::string& why) {
+  closeInput();
+  if (!ready(life_, POLLIN, Clock::now() + kToEnd)) {
+    throw Ended(fmt::format("{} closed its input or output, and did not end", name_));
+  }
+  finish();
+  throw Ended(fmt::format("{} {}", name_, why));
 }
 
 void Process::closeInput() {
@@ -170,11 +170,14 @@ void Process::closeInput() {
   input_ = -1;
 }
 
+/// Ends the program if it has not ended.
+/// @return how it ended
 int Process::wait() {
+  close(life_);
   int status = 0;
-  while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(keeper_, &status, 0) < 0 && errno == EINTR) {
   }
-  pid_ = -1;
+  keeper_ = -1;
   return status;
 }
 
