@@ -76,6 +76,26 @@ std::optional<std::pair<End, Stop>> ending(const Progress& progress, const Optim
   return std::nullopt;
 }
 
+/// What broke down of a run's first trials.
+class Beginning {
+ public:
+  /// May be called from several threads, once for each trial.
+  void add(int number, const Broken& trial) {
+    if (number >= kFirstTrials) return;
+    if (number == 0) first_ = trial.what();
+    ++broken_;
+  }
+  bool hopeless() const { return broken_ == kFirstTrials; }
+  [[noreturn]] void fail() const {
+    throw InputError(
+        fmt::format("{}\n  none of the first {} trials could be run", first_, kFirstTrials));
+  }
+
+ private:
+  std::string first_;
+  std::atomic<int> broken_ = 0;
+};
+
 }  // namespace
 
 Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOptions& options,
@@ -90,6 +110,7 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
   ThreadPool pool(options.threads);
   Progress progress = start;
   std::vector<Trial> trials;
+  Beginning beginning;
   while (true) {
     if (auto end = ending(progress, optimizer, options)) {
       return {std::move(progress), end->first, std::move(end->second)};
@@ -103,10 +124,20 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
     trials.resize(candidates.size());
     std::atomic<int> run = 0;
     pool.forEach(static_cast<int>(candidates.size()), [&](int i) {
-      if (options.stop.stop_requested()) return;
+      if (options.stop.stop_requested() || beginning.hopeless()) return;
       Trial& trial = trials[i];
       trial.x = candidates[i].x;
-      trial.evaluation = problem.evaluate(trial.x);
+      try {
+        trial.evaluation = problem.evaluate(trial.x);
+      } catch (const Abandoned&) {
+        if (options.stop.stop_requested()) return;
+        throw;  // nobody asked it to
+      } catch (const Broken& broken) {
+        if (!options.on_broken) throw;
+        options.on_broken(broken);
+        beginning.add(progress.evaluations + i, broken);
+        trial.evaluation = {.failed = true};
+      }
       check(trial.evaluation, constraints, tasks);
       Evaluation& e = trial.evaluation;
       if (!e.meaningful()) {
@@ -118,6 +149,7 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
       }
       ++run;
     });
+    if (beginning.hopeless()) beginning.fail();
     if (run < static_cast<int>(candidates.size())) continue;  // asked to end: drop what is there
 
     for (size_t i = 0; i < trials.size(); ++i) {

@@ -3,8 +3,10 @@
 
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <stop_token>
 
+#include "traceur/core/error.h"
 #include "traceur/optim/optimizer.h"
 
 namespace traceur::optim {
@@ -24,6 +26,20 @@ struct Generation {
   const Optimizer& optimizer;        ///< save() gives the state to resume from
 };
 
+/// Thrown by Problem::evaluate, which knows MinimiseOptions::stop, too, and was asked to end: the
+/// trial says nothing and is dropped, with its generation.
+class Abandoned : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Thrown by Problem::evaluate: what should compute the trial broke down on it. Equal x break down
+/// equally.
+class Broken : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 struct MinimiseOptions {
   int threads = 1;     ///< 0: one for each processor
   int budget = 10000;  ///< trials in all, resumed ones included; the last generation is finished
@@ -33,7 +49,13 @@ struct MinimiseOptions {
   /// dropped, not told. The optimiser then still stands where the last told generation left it.
   std::stop_token stop = {};
   std::function<void(const Generation&)> on_generation = {};  ///< after each told generation
+  /// Given: a trial that is Broken is failed, and this told of it, from whichever thread. Not
+  /// given: Broken passes through, as all that a trial throws.
+  std::function<void(const Broken&)> on_broken = {};
 };
+
+/// [ours: as many as a small first generation has]
+inline constexpr int kFirstTrials = 10;
 
 enum class End { kTarget, kBudget, kOptimizer, kInterrupted };
 
@@ -48,11 +70,14 @@ struct Summary {
 /// Runs ask → evaluate → tell until the target, the budget, the optimiser's own stop or a request
 /// to end; of several at once, the target is reported first, then the request, the optimiser's stop
 /// and the budget. Results do not depend on options.threads. What Problem::evaluate throws passes
-/// through (of several, the one of the smallest id) and leaves the generation untold.
+/// through (of several, the one of the smallest id) and leaves the generation untold. A run that
+/// begins with kFirstTrials trials that are all Broken ends with an InputError: it is not the
+/// trials that are wrong.
 /// @param start  where an interrupted run was, with the optimiser already restored
 /// @throws InputError for a budget or threads out of range, a NaN target, bounds that are NaN or
-///         reversed, a candidate of another dimension or outside the problem's bounds, or a trial
-///         that reports another number of constraints or of tasks than the problem has
+///         reversed, a candidate of another dimension or outside the problem's bounds, a trial that
+///         reports another number of constraints or of tasks than the problem has, or when all of
+///         the first trials are Broken
 Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOptions& options,
                  const Progress& start = {});
 

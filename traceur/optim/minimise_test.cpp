@@ -277,6 +277,81 @@ TEST(Minimise, LetsExceptionsThroughAndLeavesTheGenerationUntold) {
   }
 }
 
+TEST(Minimise, ATrialThatBreaksDownIsAFailedOneOrTheEnd) {
+  const Scripted fragile([](const VectorXd& x) {
+    if (x[0] > 1.5) throw Broken("boom");
+    return Evaluation{.cost = sphere(x)};
+  });
+  const Scripted failing([](const VectorXd& x) {
+    return x[0] > 1.5 ? Evaluation{.failed = true} : Evaluation{.cost = sphere(x)};
+  });
+  CmaEs honest = sphereSearch();
+  const Summary expected = minimise(failing, honest, {.budget = 80});
+  for (const int threads : {1, 3}) {
+    CmaEs cma = sphereSearch();
+    std::atomic<int> told = 0;
+    const Summary s =
+        minimise(fragile, cma,
+                 {.threads = threads, .budget = 80, .on_broken = [&](const Broken&) { ++told; }});
+    EXPECT_EQ(cma.save(), honest.save());
+    EXPECT_EQ(s.progress.failed, expected.progress.failed);
+    EXPECT_EQ(told, s.progress.failed);
+    EXPECT_GT(told, 0);
+  }
+  CmaEs cma = sphereSearch();
+  EXPECT_THROW(minimise(fragile, cma, {.budget = 80}), Broken);
+}
+
+TEST(Minimise, EndsWhenAllOfTheFirstTrialsBreakDown) {
+  for (const int threads : {1, 4}) {
+    std::mutex mutex;
+    std::vector<double> asked;
+    const Scripted never([&](const VectorXd& x) -> Evaluation {
+      const std::scoped_lock lock(mutex);
+      asked.push_back(x[0]);
+      throw Broken("no such file");
+    });
+    CmaEs cma = sphereSearch();
+    try {
+      minimise(never, cma, {.threads = threads, .on_broken = [](const Broken&) {}});
+      FAIL() << "it went on";
+    } catch (const InputError& e) {
+      EXPECT_STREQ(e.what(), "no such file\n  none of the first 10 trials could be run");
+    }
+    if (threads == 1) EXPECT_EQ(asked.size(), 10U);
+  }
+  // One of them could: the others are to be failed ones.
+  std::atomic<int> trials = 0;
+  const Scripted once([&](const VectorXd& x) {
+    if (++trials != 10) throw Broken("boom");
+    return Evaluation{.cost = sphere(x)};
+  });
+  CmaEs cma = sphereSearch();
+  const Summary s = minimise(once, cma, {.budget = 32, .on_broken = [](const Broken&) {}});
+  EXPECT_EQ(s.progress.failed, 31);
+}
+
+TEST(Minimise, AnAbandonedTrialDropsItsGeneration) {
+  std::stop_source stop;
+  std::atomic<int> trials = 0;
+  const Scripted hangs([&](const VectorXd& x) {
+    if (++trials == 12) {
+      stop.request_stop();
+      throw Abandoned("asked to stop");
+    }
+    return Evaluation{.cost = sphere(x)};
+  });
+  CmaEs reference = sphereSearch();
+  minimise(kSphere, reference, {.budget = 8});
+  CmaEs cma = sphereSearch();
+  const Summary s = minimise(hangs, cma, {.stop = stop.get_token()});
+  EXPECT_EQ(s.end, End::kInterrupted);
+  EXPECT_EQ(s.progress.evaluations, 8);
+  EXPECT_EQ(cma.save(), reference.save());
+  const Scripted unasked([](const VectorXd&) -> Evaluation { throw Abandoned("why?"); });
+  EXPECT_THROW(minimise(unasked, cma, {}), Abandoned);
+}
+
 TEST(Minimise, RefusesWrongInputWithOneClearMessage) {
   const auto message = [](const Problem& problem, Optimizer& optimizer,
                           const MinimiseOptions& options) {
