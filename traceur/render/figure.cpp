@@ -12,6 +12,7 @@
 #include "traceur/core/pending_file.h"
 #include "traceur/core/printable.h"
 #include "traceur/core/process.h"
+#include "traceur/render/whole_file.h"
 
 namespace traceur::render {
 namespace {
@@ -417,11 +418,17 @@ void writeFigure(const Figure& figure, const std::filesystem::path& path) {
   // A personal start-up file, or GNUTERM, must not change our figures. And gnuplot runs what a name
   // says that begins with "|": it never gets to see the person's.
   Process gnuplot({"gnuplot", "--default-settings"}, Process::Output::kDropped, "GNU");
-  gnuplot.write(Script(figure, path.extension() == ".svg").make(file.plainName()));
+  const bool svg = path.extension() == ".svg";
+  gnuplot.write(Script(figure, svg).make(file.plainName()));
   const std::string said = gnuplot.finish();
   if (std::filesystem::file_size(file.beside()) == 0) {
     throw SystemError(fmt::format("cannot write {}: gnuplot drew nothing{}{}", path.string(),
                                   said.empty() ? "" : ": ", said));
+  }
+  // On a full disk gnuplot says that it succeeded.
+  if (svg ? !isWholeSvg(file.beside()) : !isWholePng(file.beside())) {
+    throw SystemError(fmt::format("cannot write {}: it was cut short: is the disk full?{}{}",
+                                  path.string(), said.empty() ? "" : " ", said));
   }
   file.commit();
 }

@@ -20,6 +20,7 @@
 #include "traceur/render/offscreen.h"
 #include "traceur/render/standard_figures.h"
 #include "traceur/render/video.h"
+#include "traceur/render/whole_file.h"
 
 namespace traceur::render {
 namespace {
@@ -810,6 +811,32 @@ TEST(Video, AnyNameIsOnlyAName) {
   EXPECT_EQ(folder.files(), static_cast<int>(oddNames().size()));
 }
 
+TEST(Video, CutShortIsAnErrorWhateverFfmpegSays) {
+  const Folder folder;
+  const VideoOptions small = {.width = 64, .height = 48, .fps = 5};
+  writeVideo(jump(), folder / "whole.mp4", small);
+  EXPECT_TRUE(isWholeMp4(folder / "whole.mp4"));
+  const std::string all = textOf(folder / "whole.mp4");
+  for (const size_t n : {size_t{0}, size_t{7}, size_t{32}, all.size() / 2, all.size() - 1}) {
+    std::ofstream(folder / "cut") << all.substr(0, n);
+    EXPECT_FALSE(isWholeMp4(folder / "cut")) << n;
+  }
+  std::ofstream(folder / "cut") << all << "x";
+  EXPECT_FALSE(isWholeMp4(folder / "cut"));
+  const Folder bin;
+  // As on a full disk: complains, ends with 0.
+  std::ofstream(bin / "ffmpeg") << "#!/bin/sh\nPATH=/usr/bin:/bin\ncat >/dev/null\n"
+                                   "for last; do :; done\nhead -c 500 '"
+                                << (folder / "whole.mp4").string()
+                                << "' >\"${last#file:}\"\necho No space left >&2\n";
+  fs::permissions(bin / "ffmpeg", fs::perms::owner_all);
+  const Path path(bin.path().string());
+  const std::string message =
+      messageOf<SystemError>([&] { writeVideo(jump(), folder / "a.mp4", small); });
+  EXPECT_TRUE(has(message, "a.mp4: it was cut short: No space left")) << message;
+  EXPECT_EQ(folder.files(), 2);
+}
+
 TEST(Video, SaysWhatIsWrongAndLeavesNothing) {
   const Folder folder;
   const VideoOptions small = {.width = 64, .height = 48, .fps = 5};
@@ -995,7 +1022,7 @@ std::vector<std::string> scriptOf(const Figure& figure) {
   const fs::path script = bin / "script";
   std::ofstream(bin / "gnuplot") << "#!/bin/sh\ncat > " << script << "\n"
                                  << "sed -n \"s/^set output '\\(.*\\)'$/\\1/p\" " << script
-                                 << " | while read -r file; do echo drawn > \"$file\"; done\n";
+                                 << " | while read -r file; do echo '</svg>' > \"$file\"; done\n";
   fs::permissions(bin / "gnuplot", fs::perms::owner_all);
   const Path path(bin.path().string() + ":" + getenv("PATH"));
   writeFigure(figure, bin / "a.svg");
@@ -1231,6 +1258,32 @@ TEST(Figure, SizesHaveBounds) {
   EXPECT_FALSE(accepted(1, 8001, 500));
   EXPECT_FALSE(accepted(1, 500, 99));
   EXPECT_FALSE(accepted(1, 500, 4001));
+}
+
+TEST(Figure, CutShortIsAnErrorThoughGnuplotIsContent) {
+  const Folder folder;
+  for (const std::string& ending : {".png", ".svg"}) {
+    const fs::path whole = folder / ("whole" + ending);
+    const auto is_whole = ending == ".png" ? isWholePng : isWholeSvg;
+    writeFigure(example(), whole);
+    const std::string all = textOf(whole);
+    for (const size_t n : {size_t{0}, size_t{20}, all.size() / 2, all.size() - 5}) {
+      std::ofstream(folder / "cut") << all.substr(0, n);
+      EXPECT_FALSE(is_whole(folder / "cut")) << n;
+    }
+    fs::remove(folder / "cut");
+    const Folder bin;
+    std::ofstream(bin / "gnuplot")
+        << "#!/bin/sh\nPATH=/usr/bin:/bin\nto=$(sed -n \"s/^set output '\\(.*\\)'/\\1/p\")\n"
+        << "head -c 1000 '" << whole.string() << "' >\"$to\"\n";
+    fs::permissions(bin / "gnuplot", fs::perms::owner_all);
+    const Path path(bin.path().string());
+    const std::string message =
+        messageOf<SystemError>([&] { writeFigure(example(), folder / ("a" + ending)); });
+    EXPECT_TRUE(has(message, "cut short")) << message;
+    EXPECT_FALSE(fs::exists(folder / ("a" + ending)));
+  }
+  EXPECT_EQ(folder.files(), 2);
 }
 
 TEST(Figure, SaysWhatIsWrongAndLeavesNothing) {

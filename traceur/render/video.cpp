@@ -8,11 +8,14 @@
 #include "traceur/core/error.h"
 #include "traceur/render/font.h"
 #include "traceur/render/motion.h"
+#include "traceur/render/whole_file.h"
 
 namespace traceur::render {
 namespace {
 
 constexpr int kMostPictures = 200000;
+/// Asked to end, we wait so long [s] for ffmpeg [ours].
+constexpr double kGrace = 0.5;
 
 void check(bool ok, const std::string& message) {
   if (!ok) throw InputError("video: " + message);
@@ -58,8 +61,13 @@ std::vector<std::string> command(const std::string& output, int width, int heigh
 VideoFile::VideoFile(const std::filesystem::path& path, int width, int height, int fps)
     : width_(width),
       height_(height),
+      path_(path),
       file_(path),
       ffmpeg_(command(file_.beside().string(), width, height, fps)) {}
+
+void VideoFile::heed(std::stop_token stop) {
+  ffmpeg_.heed(std::move(stop), kGrace);
+}
 
 void VideoFile::add(const Image& image) {
   check(image.width == width_ && image.height == height_,
@@ -69,7 +77,12 @@ void VideoFile::add(const Image& image) {
 }
 
 void VideoFile::finish() {
-  ffmpeg_.finish();
+  const std::string said = ffmpeg_.finish();
+  // On a full disk ffmpeg complains, and says that it succeeded.
+  if (!isWholeMp4(file_.beside())) {
+    throw SystemError(fmt::format("cannot write {}: it was cut short{}{}", path_.string(),
+                                  said.empty() ? "" : ": ", said));
+  }
   file_.commit();
 }
 
@@ -108,6 +121,7 @@ void writeVideo(const sim::Recording& recording, const std::filesystem::path& pa
   const std::string speed = options.speed == 1 ? "" : fmt::format("  ({:.3g}x)", options.speed);
 
   VideoFile video(path, width, height, options.fps);
+  video.heed(options.stop);
   Image image;
   for (size_t k = 0; k < frames.size(); ++k) {
     image = offscreen.draw(frames[k], cameras[k], options.draw);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <stop_token>
 
 #include "traceur/core/pending_file.h"
 #include "traceur/core/process.h"
@@ -21,15 +22,18 @@ class VideoFile {
   ///         be written, or when ffmpeg is missing
   VideoFile(const std::filesystem::path& path, int width, int height, int fps);
 
+  /// From now on Process::GivenUp ends what waits for ffmpeg, soon after the request.
+  void heed(std::stop_token stop);
   /// @param image  of the video's size
   /// @throws InputError for one of another size; SystemError in ffmpeg's words when that fails
   void add(const Image& image);
   /// The file appears whole or not at all.
-  /// @throws SystemError in ffmpeg's words when that fails
+  /// @throws SystemError in ffmpeg's words when that fails, or wrote less than all
   void finish();
 
  private:
   int width_, height_;
+  std::filesystem::path path_;
   PendingFile file_;
   Process ffmpeg_;
 };
@@ -45,6 +49,8 @@ struct VideoOptions {
   DrawOptions draw = {};
   bool labels = true;  ///< time, phase and speed in the corner
   double hold = 0.5;   ///< how long the last picture stays [s of watching]
+  /// Asked to end while ffmpeg keeps us waiting: Process::GivenUp, and no file is left.
+  std::stop_token stop = {};
   /// Called with the part done, from 0 to 1. What it throws ends the work, leaving no file.
   std::function<void(double)> progress = {};
 };
