@@ -284,6 +284,7 @@ int reproduceTable(const Arguments& a) {
     note("stopped; the same command goes on with {}\n", out);
     return kInterrupted;
   }
+  interrupt.release();
   nlohmann::ordered_json json;
   for (const Results& told : table.readings ? table.readings(results) : std::vector{results}) {
     const Summary summary = summarise(told);

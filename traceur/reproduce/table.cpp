@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "traceur/core/error.h"
+#include "traceur/core/file_lock.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/text.h"
 #include "traceur/core/thread_pool.h"
@@ -130,9 +131,8 @@ Results Results::read(const Table& table, const std::filesystem::path& file) {
   return results;
 }
 
-bool Results::run(const RunOptions& options, const std::filesystem::path& file) {
-  std::vector<Key> todo;
-  int total = 0;
+std::vector<Results::Key> Results::wanted(const RunOptions& options) const {
+  std::vector<Key> keys;
   int most = 0;
   const auto seeds_of = [&](const Column& c) {
     return options.seeds > 0 ? options.seeds : options.seeds < 0 ? c.full : c.seeds;
@@ -143,10 +143,31 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
       for (int c = 0; c < static_cast<int>(table_.columns.size()); ++c) {
         if (s >= seeds_of(table_.columns[c])) continue;
         if (options.wanted && !options.wanted(r, c)) continue;
-        ++total;
-        const Key key{r, c, options.first_seed + s};
-        if (!outcomes_.contains(key)) todo.push_back(key);
+        keys.push_back({r, c, options.first_seed + s});
       }
+    }
+  }
+  return keys;
+}
+
+bool Results::run(const RunOptions& options, const std::filesystem::path& file) {
+  std::vector<Key> todo = wanted(options);
+  const int total = static_cast<int>(todo.size());
+  const auto is_there = [&](const Key& key) { return outcomes_.contains(key); };
+  std::erase_if(todo, is_there);
+  std::optional<FileLock> only_we;
+  if (!file.empty()) {
+    PendingFile::sweep(file);
+    FileLock::sweep(file);
+  }
+  if (!file.empty() && !todo.empty()) {
+    makeFolder(file.parent_path());
+    only_we = FileLock::take(file);
+    if (std::filesystem::exists(file)) {  // there may be more by now
+      Results there = read(table_, file);
+      outcomes_.merge(there.outcomes_);
+      if (made_with_.empty()) made_with_ = there.made_with_;
+      std::erase_if(todo, is_there);
     }
   }
 
@@ -162,7 +183,6 @@ bool Results::run(const RunOptions& options, const std::filesystem::path& file) 
   const bool keep = !file.empty() && !todo.empty();
   std::ofstream out;
   if (keep) {
-    makeFolder(file.parent_path());
     write(file);  // anew: a line cut short by a crash must not stay in the middle
     out.open(file, std::ios::app);
   }

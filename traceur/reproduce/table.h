@@ -155,7 +155,8 @@ class Results {
   /// Makes the runs that are missing, appending them to the file as they end.
   /// @param file  empty: kept in memory only
   /// @return false when it was asked to stop before the last
-  /// @throws InputError when there are runs already, made with something else
+  /// @throws InputError when there are runs already, made with something else; when another process
+  /// writes the file; when what it holds by then cannot be read
   bool run(const RunOptions& options, const std::filesystem::path& file);
 
   const Table& table() const { return table_; }
@@ -166,6 +167,7 @@ class Results {
   int missed(int row, int column) const;
 
  private:
+  std::vector<Key> wanted(const RunOptions& options) const;
   void write(const std::filesystem::path& file) const;
   void writeLine(std::ostream& out, const Key& key, const Outcome& outcome) const;
 

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "traceur/core/error.h"
+#include "traceur/core/file_lock.h"
 #include "traceur/core/random.h"
 #include "traceur/core/test_folder.h"
 
@@ -159,6 +160,28 @@ TEST_F(TableFile, StopsWhenAskedAndGoesOn) {
   Results whole(table);
   whole.run({}, dir / "b.csv");
   EXPECT_EQ(text(dir / "a.csv"), text(dir / "b.csv"));
+}
+
+TEST_F(TableFile, OneProcessAtATimeAndNoRunIsLost) {
+  const Table table = known();
+  Results first(table);
+  Results second(table);
+  {
+    const FileLock theirs = FileLock::take(dir / "a.csv");
+    EXPECT_THROW(first.run({.seeds = 1}, dir / "a.csv"), InputError);
+  }
+  EXPECT_FALSE(fs::exists(dir / "a.csv"));
+  first.run({.seeds = 2, .wanted = [](int row, int) { return row == 0; }}, dir / "a.csv");
+  second.run({.seeds = 2, .wanted = [](int row, int) { return row == 1; }}, dir / "a.csv");
+  Results whole(table);
+  whole.run({.seeds = 2}, dir / "b.csv");
+  EXPECT_EQ(text(dir / "a.csv"), text(dir / "b.csv"));
+  // What killed processes left goes, also when there is nothing to do.
+  std::ofstream(dir / "a.csv-lock").flush();
+  std::ofstream(dir / ".a.csv.1-0.part").flush();
+  whole.run({.seeds = 2}, dir / "a.csv");
+  EXPECT_FALSE(fs::exists(dir / "a.csv-lock"));
+  EXPECT_FALSE(fs::exists(dir / ".a.csv.1-0.part"));
 }
 
 TEST_F(TableFile, KeepsWhatRunsDrewAndRunsOnlyWhatIsWanted) {
