@@ -3,36 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <iterator>
+
+#include "traceur/core/utf8.h"
 
 namespace traceur {
 namespace {
-
-/// The first character of a text.
-struct Character {
-  char32_t code = 0;
-  size_t bytes = 1;
-  bool valid = false;  // else a byte that is not UTF-8
-};
-
-/// UTF-8 in its shortest form, without surrogates, up to U+10FFFF. @param text  not empty
-Character first(std::string_view text) {
-  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned lead = byte(0);
-  if (lead < 0x80) return {lead, 1, true};
-  const size_t bytes = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-  static constexpr std::array<char32_t, 5> kLeast = {0, 0, 0x80, 0x800, 0x10000};
-  if (lead < 0xC0 || lead >= 0xF8 || text.size() < bytes) return {lead, 1, false};
-  char32_t code = lead & (0x7FU >> bytes);
-  for (size_t i = 1; i < bytes; ++i) {
-    if ((byte(i) & 0xC0U) != 0x80) return {lead, 1, false};
-    code = code << 6 | (byte(i) & 0x3FU);
-  }
-  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
-  if (code < kLeast[bytes] || surrogate || code > 0x10FFFF) return {lead, 1, false};
-  return {code, bytes, true};
-}
 
 bool isObeyed(char32_t c) {
   return c < 0x20 || (c >= 0x7F && c <= 0x9F) || (c >= 0x2028 && c <= 0x202E) ||
@@ -76,7 +52,7 @@ void append(std::string& shown, const Character& c, std::string_view bytes) {
 std::string printable(std::string_view text) {
   std::string shown;
   while (!text.empty()) {
-    const Character c = first(text);
+    const Character c = firstCharacter(text);
     append(shown, c, text.substr(0, c.bytes));
     text.remove_prefix(c.bytes);
   }
@@ -99,7 +75,7 @@ std::string fileNamePart(std::string_view name) {
   std::string part;
   bool replaced = false;
   while (!name.empty()) {
-    const Character c = first(name);
+    const Character c = firstCharacter(name);
     const bool stays = c.valid && isNamed(c.code) && !(part.empty() && c.code == '.');
     const std::string_view bytes = stays ? name.substr(0, c.bytes) : "-";
     if (stays || !replaced) {
@@ -115,7 +91,7 @@ std::string fileNamePart(std::string_view name) {
 int columnsOf(std::string_view text) {
   int columns = 0;
   while (!text.empty()) {
-    const Character c = first(text);
+    const Character c = firstCharacter(text);
     columns += c.valid && isWide(c.code) ? 2 : 1;
     text.remove_prefix(c.bytes);
   }
@@ -128,7 +104,7 @@ std::string cutToColumns(std::string_view text, int columns) {
   size_t end = 0;
   int left = columns - 1;  // one is the dots'
   while (true) {
-    const Character c = first(text.substr(end));
+    const Character c = firstCharacter(text.substr(end));
     left -= c.valid && isWide(c.code) ? 2 : 1;
     if (left < 0) return std::string(text.substr(0, end)) + "…";
     end += c.bytes;

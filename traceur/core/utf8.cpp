@@ -1,30 +1,31 @@
 #include "traceur/core/utf8.h"
 
+#include <array>
+
 namespace traceur {
 
-size_t utf8Length(std::string_view text) {
-  if (text.empty()) return 0;
+Character firstCharacter(std::string_view text) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  if (first < 0x80) return 1;
-  const size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
-  if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
-  for (size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xc0) != 0x80) return 0;
+  const unsigned lead = byte(0);
+  if (lead < 0x80) return {lead, 1, true};
+  const size_t bytes = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
+  static constexpr std::array<char32_t, 5> kLeast = {0, 0, 0x80, 0x800, 0x10000};
+  if (lead < 0xC0 || lead >= 0xF8 || text.size() < bytes) return {lead, 1, false};
+  char32_t code = lead & (0x7FU >> bytes);
+  for (size_t i = 1; i < bytes; ++i) {
+    if ((byte(i) & 0xC0U) != 0x80) return {lead, 1, false};
+    code = code << 6 | (byte(i) & 0x3FU);
   }
-  // The second byte tells overlong forms, surrogates and what lies beyond Unicode.
-  if ((first == 0xe0 && byte(1) < 0xa0) || (first == 0xed && byte(1) > 0x9f) ||
-      (first == 0xf0 && byte(1) < 0x90) || (first == 0xf4 && byte(1) > 0x8f)) {
-    return 0;
-  }
-  return length;
+  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
+  if (code < kLeast[bytes] || surrogate || code > 0x10FFFF) return {lead, 1, false};
+  return {code, bytes, true};
 }
 
 bool isUtf8(std::string_view text) {
   while (!text.empty()) {
-    const size_t length = utf8Length(text);
-    if (length == 0) return false;
-    text.remove_prefix(length);
+    const Character c = firstCharacter(text);
+    if (!c.valid) return false;
+    text.remove_prefix(c.bytes);
   }
   return true;
 }
