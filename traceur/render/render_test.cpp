@@ -801,11 +801,11 @@ TEST(Video, AnyNameIsOnlyAName) {
   for (const std::string& name : oddNames()) {
     SCOPED_TRACE(name);
     std::filesystem::create_directory(name);
-    const std::string file = name + "/" + name + ".mp4";
+    const fs::path file = fs::path(name) / (name + ".mp4");
     VideoFile video(file, 64, 48, 10);
     video.add(Image(64, 48));
     video.finish();
-    EXPECT_GT(std::filesystem::file_size(file), 0);
+    EXPECT_GT(fs::file_size(file), 0);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(name), {}), 1);
   }
   EXPECT_EQ(folder.files(), static_cast<int>(oddNames().size()));
@@ -977,11 +977,12 @@ TEST(Figure, AnyNameIsOnlyAName) {
   for (const std::string& name : oddNames()) {
     SCOPED_TRACE(name);
     std::filesystem::create_directory(name);
-    const std::string file = name + "/" + name;
-    writeFigure(figure, file + ".png");
-    writeFigure(figure, file + ".svg");
-    EXPECT_EQ(readPng(file + ".png").width, 200);
-    EXPECT_TRUE(has(textOf(file + ".svg"), "</svg>"));
+    const fs::path png = fs::path(name) / (name + ".png");
+    const fs::path svg = fs::path(name) / (name + ".svg");
+    writeFigure(figure, png);
+    writeFigure(figure, svg);
+    EXPECT_EQ(readPng(png).width, 200);
+    EXPECT_TRUE(has(textOf(svg), "</svg>"));
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(name), {}), 2);
   }
   EXPECT_EQ(folder.files(), static_cast<int>(oddNames().size()));
