@@ -368,7 +368,8 @@ int evaluate(const Arguments& a) {
   const VectorXd parameters = bias::readPolicy(a.policy);
   Interrupt interrupt;  // before any other thread
   const int good = bias::successes(machine, {}, parameters, a.starts, a.seed, interrupt.token());
-  if (interrupt.token().stop_requested()) return kInterrupted;
+  interrupt.release();
+  if (interrupt.asked()) return kInterrupted;
   if (a.json) {
     printJson(Json{{"balanced_starts", good}, {"starts", a.starts}});
   } else {
@@ -388,7 +389,7 @@ int evaluate(const Arguments& a) {
     writeBalanceMap(a.map, machine, parameters, kMapAngle, 20, noisy ? 10 : 1, a.seed,
                     interrupt.token());
   }
-  return interrupt.token().stop_requested() ? kInterrupted : kDone;
+  return interrupt.asked() ? kInterrupted : kDone;
 }
 
 int exportPolicy(const Arguments& a) {

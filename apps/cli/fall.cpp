@@ -196,7 +196,6 @@ int runFall(const Arguments& a) {
   const fall::Push push{a.push};
   std::vector<Ran> runs;
   for (const Strategy strategy : kStrategies.at(a.strategy)) {
-    if (interrupt.token().stop_requested()) return kInterrupted;
     Ran r{strategy, {}, {}};
     r.outcome = experiment.run(push, strategy, &r.recording);
     if (r.outcome.trial.diverged) {
@@ -261,7 +260,7 @@ int runFall(const Arguments& a) {
                                   fileNamePart(setup.stance), a.direction, push.force, variantOf(a))
                     : a.out;
   draw(runs, a, folder, interrupt.token());
-  return interrupt.token().stop_requested() ? kInterrupted : kDone;
+  return interrupt.asked() ? kInterrupted : kDone;
 }
 
 int compileFalls(const Arguments& a) {

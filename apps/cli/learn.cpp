@@ -156,13 +156,14 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
                                              .sigma = o.step_size,
                                              .x0 = skill->initialParameters()});
   const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
+  const std::stop_token stop = interrupt.token();  // before there is a file that could be left
   RunFile run = openRun(out, toMeta(o, *skill), a.resume);
   const optim::Summary summary = search(run, problem, *optimiser,
                                         {.title = skill->name + " family",
                                          .threads = a.threads,
                                          .budget = o.budget,
                                          .target = skill->target_cost,
-                                         .stop = interrupt.token(),
+                                         .stop = stop,
                                          .quiet = a.quiet || a.json});
   run.setMeta({{"stop", words(summary.stop)}});
   const std::optional<optim::Family> family = optimiser->best();
@@ -210,6 +211,7 @@ int learn(const Arguments& arguments) {
                                              .experience = experienceOf(o.experience, o.optimiser,
                                                                         meta.at("parameters"),
                                                                         problem.constraints())});
+  const std::stop_token stop = interrupt.token();  // before there is a file that could be left
   RunFile run = openRun(out, meta, a.resume);
   const optim::Summary summary =
       search(run, problem, *optimiser,
@@ -217,7 +219,7 @@ int learn(const Arguments& arguments) {
               .threads = a.threads,
               .budget = o.budget,
               .target = skill->target_cost,
-              .stop = interrupt.token(),
+              .stop = stop,
               .quiet = a.quiet || a.json});
   if (!summary.progress.best && summary.end == optim::End::kInterrupted) {
     note("traceur: stopped before the first generation was finished\n");

@@ -112,20 +112,25 @@ int perturb(const FamilyRun& f, const PerturbOptions& o) {
   std::vector<std::vector<skill::Rollout>> rollouts(cases.size());
   Interrupt interrupt;  // before any other thread
   ProgressLine line("perturb", static_cast<double>(cases.size()), 0, o.json);
+  const std::stop_token stop = interrupt.token();
   std::mutex mutex;
   int done = 0;
   ThreadPool pool(o.threads);
   pool.forEach(static_cast<int>(cases.size()), [&](int i) {
-    if (interrupt.token().stop_requested()) return;
+    if (stop.stop_requested()) return;
     // A robot of its own for each: masses and friction are part of the model.
     skill::Runner runner(
         skill::Skill::fromText(f.skill->text, f.skill->file, cases[i].disturbance));
-    for (const double t : tasks) rollouts[i].push_back(runner.run(f.at(t), t));
+    for (const double t : tasks) {
+      if (stop.stop_requested()) return;
+      rollouts[i].push_back(runner.run(f.at(t), t));
+    }
     const std::scoped_lock lock(mutex);
     line.update(++done, fmt::format("{} tasks each", o.tasks), "robots/s");
   });
   line.finish();
-  if (interrupt.token().stop_requested()) {
+  interrupt.release();
+  if (stop.stop_requested()) {
     note("stopped; nothing was written\n");
     return kInterrupted;
   }

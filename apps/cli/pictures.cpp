@@ -11,6 +11,7 @@
 #include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
+#include "traceur/core/process.h"
 #include "traceur/core/text.h"
 #include "traceur/render/film_strip.h"
 #include "traceur/render/standard_figures.h"
@@ -65,7 +66,8 @@ int renderRun(const RenderArguments& a) {
   const sim::Recording recording = recordingOf(run, a.task);
   const render::DrawOptions draw{.contact_forces = a.forces, .com = a.com};
   for (const fs::path& f : files) {
-    if (interrupt.token().stop_requested()) return kInterrupted;
+    if (interrupt.asked()) return kInterrupted;
+    interrupt.release();
     if (f.extension() == ".png") {
       render::FilmStripOptions options{.times = a.times, .count = a.count, .columns = a.columns};
       options.draw = draw;
@@ -87,14 +89,17 @@ int renderRun(const RenderArguments& a) {
         options.height = a.size[1];
       }
       ProgressLine line("video", 100, 0, a.quiet);
+      options.stop = interrupt.token();
       options.progress = [&](double done) {
-        if (interrupt.token().stop_requested()) throw Stopped();
+        if (interrupt.asked()) throw Stopped();
         line.update(100 * done, "%", "%/s");
       };
       try {
         render::writeVideo(recording, f, options);
       } catch (const Stopped&) {
         return kInterrupted;  // and no file is left
+      } catch (const Process::GivenUp&) {
+        return kInterrupted;  // likewise
       }
     }
     if (!a.quiet) print("{}\n", f.string());
