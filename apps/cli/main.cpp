@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <csignal>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -105,5 +106,7 @@ int runAndFlush(int argc, char** argv) {
 }  // namespace traceur::cli
 
 int main(int argc, char** argv) {
+  signal(SIGXFSZ, SIG_IGN);  // a file as large as it may be is an error like a full disk
+  signal(SIGCHLD, SIG_DFL);  // were it ignored, no program would say how it ended
   return traceur::cli::runAndFlush(argc, argv);
 }
