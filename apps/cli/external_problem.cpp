@@ -1,5 +1,4 @@
 #include "apps/cli/external_problem.h"
-#include "apps/cli/output.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +6,10 @@
 #include <cmath>
 #include <sstream>
 
+#include "apps/cli/output.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
+#include "traceur/optim/minimise.h"
 
 namespace traceur::cli {
 
@@ -18,6 +19,8 @@ namespace {
 
 /// After so long [s] a person wonders [ours].
 constexpr double kPatience = 10;
+/// Asked to end, we wait so long [s] for an answer that may be on its way [ours].
+constexpr double kGrace = 0.5;
 
 }  // namespace
 
@@ -37,40 +40,61 @@ VectorXd ExternalProblem::upper() const {
   return x;
 }
 
-std::unique_ptr<Process> ExternalProblem::take() const {
+std::unique_ptr<Process> ExternalProblem::start() const {
+  auto process = std::make_unique<Process>(function_.command, Process::Output::kTalk);
+  process->heed(stop_, kGrace);
+  return process;
+}
+
+std::unique_ptr<Process> ExternalProblem::takeIdle() const {
   const std::scoped_lock lock(mutex_);
-  if (idle_.empty()) {
-    return std::make_unique<Process>(function_.command, Process::Output::kTalk);
-  }
+  if (idle_.empty()) return nullptr;
   std::unique_ptr<Process> process = std::move(idle_.back());
   idle_.pop_back();
   return process;
 }
 
+std::string ExternalProblem::ask(Process& process, const std::string& question) const {
+  if (process.hasMore()) {
+    throw InputError(
+        fmt::format("{} answered a trial with more than one line", function_.command[0]));
+  }
+  process.write(question + "\n");
+  if (!process.answersWithin(kPatience) && !warned_.exchange(true)) {
+    note(
+        "traceur: no answer from {} for {:g} s; still waiting. Does it flush its output "
+        "after each line?\n",
+        function_.command[0], kPatience);
+  }
+  return process.readLine();
+}
+
 optim::Evaluation ExternalProblem::evaluate(const VectorXd& x) const {
-  std::unique_ptr<Process> process = take();
   std::string question;
   for (const double v : x) question += fmt::format("{}{}", question.empty() ? "" : " ", v);
-  optim::Evaluation evaluation;
-  try {
-    if (process->hasMore()) {
-      throw InputError(
-          fmt::format("{} answered a trial with more than one line", function_.command[0]));
+  const auto quoting = [&](const std::exception& e) {
+    return fmt::format("{}\n  asked: {}", e.what(), question);
+  };
+  std::unique_ptr<Process> process = takeIdle();
+  while (true) {
+    const bool is_new = !process;
+    if (is_new) process = start();
+    try {
+      const optim::Evaluation evaluation = parse(ask(*process, question));
+      const std::scoped_lock lock(mutex_);
+      idle_.push_back(std::move(process));
+      return evaluation;
+    } catch (const Process::GivenUp& e) {
+      throw optim::Abandoned(e.what());
+    } catch (const Process::Ended& e) {
+      if (is_new || !second_chance_) throw optim::Broken(quoting(e));
+    } catch (const optim::Broken& e) {
+      if (is_new || !second_chance_) throw optim::Broken(quoting(e));
+    } catch (const std::runtime_error& e) {
+      throw InputError(quoting(e));
     }
-    process->write(question + "\n");
-    if (!process->answersWithin(kPatience) && !warned_.exchange(true)) {
-      note(
-          "traceur: no answer from {} for {:g} s; still waiting. Does it flush its output "
-          "after each line?\n",
-          function_.command[0], kPatience);
-    }
-    evaluation = parse(process->readLine());
-  } catch (const std::runtime_error& e) {
-    throw InputError(fmt::format("{}\n  asked: {}", e.what(), question));
+    process.reset();
   }
-  const std::scoped_lock lock(mutex_);
-  idle_.push_back(std::move(process));
-  return evaluation;
 }
 
 optim::Evaluation ExternalProblem::parse(const std::string& answer) const {
@@ -79,17 +103,18 @@ optim::Evaluation ExternalProblem::parse(const std::string& answer) const {
   if (all == std::vector<std::string>{"failed"}) return {.failed = true};
 
   const size_t costs = std::max<size_t>(1, function_.tasks.size());
-  const auto fail = [&](const std::string& why) {
-    throw InputError(fmt::format("{} answered \"{}\": {}", function_.command[0], answer, why));
+  const auto because = [&](const std::string& why) {
+    return fmt::format("{} answered \"{}\": {}", function_.command[0], answer, why);
   };
   if (all.size() < costs) {
-    fail(costs == 1 ? "expected a cost" : fmt::format("expected {} costs", costs));
+    throw optim::Broken(
+        because(costs == 1 ? "expected a cost" : fmt::format("expected {} costs", costs)));
   }
   optim::Evaluation evaluation;
   evaluation.cost = 0;
   for (size_t i = 0; i < costs; ++i) {
     const std::optional<double> number = parseNumber(all[i]);
-    if (!number) fail(fmt::format("\"{}\" is not a number", all[i]));
+    if (!number) throw optim::Broken(because(fmt::format("\"{}\" is not a number", all[i])));
     const double cost = *number;
     evaluation.cost += cost / static_cast<double>(costs);
     if (function_.tasks.size() > 0) evaluation.task_costs.push_back(cost);
@@ -99,7 +124,8 @@ optim::Evaluation ExternalProblem::parse(const std::string& answer) const {
     const auto& names = function_.constraints;
     const auto found = std::find(names.begin(), names.end(), all[i]);
     if (found == names.end()) {
-      fail(fmt::format("no --constraint \"{}\".{}", all[i], didYouMean(all[i], names)));
+      throw InputError(
+          because(fmt::format("no --constraint \"{}\".{}", all[i], didYouMean(all[i], names))));
     }
     evaluation.violated[found - names.begin()] = true;
   }

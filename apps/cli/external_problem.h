@@ -4,6 +4,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,16 @@ struct ExternalFunction {
 ///     COST NAME ...        the same, and these constraints were violated
 ///     failed               the trial gave no cost; so does a cost that is nan or inf
 ///
-/// The answer must depend on the line only. Other answers, and a command that ends, end the search
-/// with an InputError that quotes question and answer.
+/// The answer must depend on the line only. What else can happen:
+///
+///     it ends, or the line begins with fewer numbers than costs    optim::Broken, this trial's
+///     fault a name that is no constraint's, a second line, a line        InputError: it was not
+///     written longer than Process::kMostLine                               for these questions it
+///     cannot be started                                         SystemError
+///
+/// Each quotes the question and, if there is one, the answer. After a trial that is Broken the
+/// command is started anew. With secondChance(), so that Broken depends on the question alone, a
+/// command that had answered before is not believed: a new one gets the same question.
 class ExternalProblem : public optim::Problem {
  public:
   explicit ExternalProblem(ExternalFunction function);
@@ -39,14 +48,22 @@ class ExternalProblem : public optim::Problem {
   std::vector<std::string> constraints() const override { return function_.constraints; }
   optim::Evaluation evaluate(const Eigen::VectorXd& x) const override;
 
+  /// Before the first trial, as heed(): asked to end, a trial is optim::Abandoned, answer or not.
+  void secondChance(bool given) { second_chance_ = given; }
+  void heed(std::stop_token stop) { stop_ = std::move(stop); }
+
   /// What a line of answer says.
-  /// @throws InputError for one that is not as above
+  /// @throws optim::Broken, InputError for one that is not as above
   optim::Evaluation parse(const std::string& answer) const;
 
  private:
-  std::unique_ptr<Process> take() const;
+  std::unique_ptr<Process> start() const;
+  std::unique_ptr<Process> takeIdle() const;
+  std::string ask(Process& process, const std::string& question) const;
 
   ExternalFunction function_;
+  bool second_chance_ = false;
+  std::stop_token stop_;
   mutable std::atomic<bool> warned_ = false;  // of an answer that takes long, once
   // Commands not in use; as many as there were ever threads at once.
   mutable std::mutex mutex_;

@@ -1,6 +1,7 @@
 // traceur minimise: search the arguments of a function that another program computes.
 #include <fmt/format.h>
 
+#include <atomic>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -17,6 +18,9 @@
 
 namespace traceur::cli {
 namespace {
+
+/// What happens to a trial that the command breaks down on: "fail" it, or "stop" the search.
+constexpr const char* kOnCrash = "fail";
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -35,6 +39,7 @@ struct Arguments {
   int threads = 0;
   std::string out;
   std::string experience;
+  std::string on_crash;  // "": as the run has it, else kOnCrash
   bool resume = false;
   bool quiet = false;
   bool json = false;
@@ -193,6 +198,24 @@ void report(const Arguments& a, const ExternalFunction& f, const optim::Summary&
         words(summary.stop), out);
 }
 
+/// Tells of the first trial that broke down, and counts them.
+class Breakdowns {
+ public:
+  void add(const optim::Broken& trial) {
+    if (count_++ > 0) return;
+    complain(fmt::format(
+        "{}\nThis trial counts as failed, and the command is started anew; others like it are not "
+        "told one by one. --on-crash stop ends the search instead.",
+        trial.what()));
+  }
+  void tell() const {
+    if (count_ > 1) note("traceur: {} trials broke down and failed\n", count_.load());
+  }
+
+ private:
+  std::atomic<int> count_ = 0;
+};
+
 int minimise(const Arguments& arguments) {
   Arguments a = arguments;
   Interrupt interrupt;  // before any other thread
@@ -205,21 +228,33 @@ int minimise(const Arguments& arguments) {
     throw InputError("--curve is for a family: expected --tasks");
   }
   if (function.tasks.size() > 0 && a.curve.empty()) a.curve = "linear";
-  const ExternalProblem problem(function);
+  ExternalProblem problem(function);
   Eigen::VectorXd x0(function.variables.size());
   for (size_t i = 0; i < function.variables.size(); ++i) {
     x0[static_cast<Eigen::Index>(i)] = function.variables[i].initial;
   }
   const auto optimiser = makeOptimiser(a, function, problem, x0);
   const std::string out = a.out.empty() ? fmt::format("runs/minimise-seed{}.run", a.seed) : a.out;
+  const std::stop_token stop = interrupt.token();  // before there is a file that could be left
   RunFile run = openRun(out, toMeta(a, function), a.resume);
+  if (a.on_crash.empty()) a.on_crash = run.meta("on_crash").value_or(kOnCrash);
+  run.setMeta({{"on_crash", a.on_crash}});
+  const bool goes_on = a.on_crash != "stop";
+  problem.secondChance(goes_on);
+  problem.heed(stop);
+  Breakdowns breakdowns;
+  const std::function<void(const optim::Broken&)> on_broken = [&](const optim::Broken& trial) {
+    breakdowns.add(trial);
+  };
   const optim::Summary summary = search(run, problem, *optimiser,
                                         {.title = a.optimiser,
                                          .threads = a.threads,
                                          .budget = a.budget,
                                          .target = a.target,
-                                         .stop = interrupt.token(),
+                                         .stop = stop,
+                                         .on_broken = goes_on ? on_broken : nullptr,
                                          .quiet = a.quiet || a.json});
+  breakdowns.tell();
   run.setMeta({{"stop", words(summary.stop)}});
   const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(optimiser.get());
   const bool found = family ? family->best().has_value() : summary.progress.best.has_value();
@@ -253,7 +288,7 @@ void addMinimise(CLI::App& program, int& exit_code) {
           "COMMAND", a->command,
           "Program and arguments, after --. It reads a line of values, one for each --var, "
           "and answers with a line, flushed: the cost, then the names of violated constraints; or "
-          "\"failed\"")
+          "\"failed\". It ends with the search")
       ->required();
   verb->add_option("--var", a->variables,
                    "NAME=MIN:MAX or NAME=MIN:MAX:START; bounds may be -inf, inf. One for each")
@@ -288,6 +323,10 @@ void addMinimise(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0, 1024));
   verb->add_option("--experience", a->experience,
                    "A run file whose trials teach cma-c where constraints are violated");
+  verb->add_option("--on-crash", a->on_crash,
+                   "Where the command ends, or answers what is no cost: fail this trial, start the "
+                   "command anew and go on (default), or stop. --resume keeps the run's choice")
+      ->check(CLI::IsMember({"fail", "stop"}));
   verb->add_option("--out", a->out, "Run file; default: runs/minimise-seedN.run");
   verb->add_flag("--resume", a->resume, "Go on with the run file if it is there");
   verb->add_flag("--quiet", a->quiet, "Print nothing but errors");

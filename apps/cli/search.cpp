@@ -131,6 +131,8 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
   options.budget = o.budget;
   options.target = o.target;
   options.stop = o.stop;
+  options.on_broken = o.on_broken;
+  bool of_use = start.evaluations > 0;
   bool forgot = false;
   // How the best curve's cost fell: "trials:cost trials:cost …".
   std::string family_costs = run.meta("family_costs").value_or("");
@@ -139,6 +141,7 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
                            : toNumber(family_costs.substr(family_costs.rfind(':') + 1),
                                       run.path().string() + ": family_costs");
   options.on_generation = [&](const optim::Generation& g) {
+    of_use = of_use || g.progress.failed < g.progress.evaluations;
     // What was found before is no longer the outcome.
     if (!std::exchange(forgot, true)) run.forget({"best"}, outcomeKeys());
     RunFile::Meta progress;
@@ -163,7 +166,7 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
   try {
     return optim::minimise(problem, optimiser, options, start);
   } catch (...) {
-    if (!run.state()) std::filesystem::remove(run.path());  // nothing half-written stays
+    if (!of_use) std::filesystem::remove(run.path());
     throw;
   }
 }

@@ -1,6 +1,7 @@
 // A search into a run file: begun, resumed, shown as it goes.
 #pragma once
 
+#include <functional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -21,10 +22,12 @@ struct SearchOptions {
   int budget = 0;
   double target = -std::numeric_limits<double>::infinity();
   std::stop_token stop;
+  std::function<void(const optim::Broken&)> on_broken = {};  ///< see optim::MinimiseOptions
   bool quiet = false;
 };
 
-/// Runs minimise() from where the file stands, storing every generation in it.
+/// Runs minimise() from where the file stands, storing every generation in it. Of a run that was
+/// begun here and ends with an exception before a trial gave a cost, no file is left.
 optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimizer& optimiser,
                       const SearchOptions& options);
 
