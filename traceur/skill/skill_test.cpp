@@ -160,6 +160,242 @@ TEST(SkillFile, AParameterBeginsInTheMiddleUnlessItSays) {
   EXPECT_EQ(SkillProblem(skill, 0.1).upper()[0], 4);
 }
 
+TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
+  const auto skill = fromText(R"(
+name = "all"
+description = "has every key"
+robot = "bioloid-gp"
+horizon = 0.7
+time_step = 0.002
+stop = "time > 0.6"
+target_cost = 0.25
+[task]
+name = "height"
+unit = "m"
+default = 0.3
+range = [0.1, 0.9]
+tolerance = 0.02
+achieved = "2 * top"
+[scene]
+friction = 0.6
+rolling_friction = 0.01
+compliance = 0.009
+[[scene.box]]
+name = "crate"
+size = [0.2, 0.4, 0.6]
+at = [3, 4, 0.3]
+yaw = 0.5
+mass = 7
+friction = 0.123
+[[scene.ball]]
+name = "ball"
+radius = 0.1
+at = [5, 6, 0.1]
+mass = 2
+[[scene.wall]]
+name = "wall"
+at = [9, 0, 0]
+yaw = 3.141592653589793
+width = 2
+height = 3
+[[scene.rail]]
+name = "rail"
+from = [1, 2, 1]
+to = [1, 4, 1]
+radius = 0.03
+[start.pose]
+base = "stand"
+hip = 0.11
+[controller]
+kp = 31
+kd = 1.7
+torque_limit = 0.8
+speed_limit = 5
+[parameters]
+a = { unit = "rad", range = [-1, 2], initial = 0.5, help = "words" }
+b = { range = [3, 4] }
+[[phase]]
+name = "one"
+pose = { base = "crouch", hip = "a", l_shoulder = 0.2 }
+blend = "0.1 * b"
+limited = false
+until = "phase_time > 0.2"
+force = [{ bodies = ["l_foot", "r_foot"], at = [0.01, 0.02, 0.03], force = ["a", "b", 5] }]
+[[phase]]
+name = "two"
+pose = { base = "previous" }
+until = "time > 0.5"
+then = "one"
+[[phase]]
+name = "three"
+[[feedback]]
+joints = ["hip"]
+add = "0.1 * root.pitch"
+during = ["two"]
+[measures]
+top = { of = "com.z", take = "max", during = ["one", "three"], otherwise = 4 }
+total = { of = "com.x", take = "integral" }
+[[failure]]
+name = "fall"
+when = "com.z < 0.1"
+during = ["two", "three"]
+[[objective]]
+name = "high"
+cost = "(top - task)^2"
+[[objective]]
+name = "low"
+cost = "total"
+)");
+  const Skill& s = *skill;
+  EXPECT_EQ(s.name, "all");
+  EXPECT_EQ(s.description, "has every key");
+  EXPECT_EQ(s.horizon, 0.7);
+  EXPECT_EQ(s.model->timeStep(), 0.002);
+  EXPECT_EQ(s.stop, "time > 0.6");
+  EXPECT_EQ(s.target_cost, 0.25);
+  EXPECT_EQ(s.task.name, "height");
+  EXPECT_EQ(s.task.unit, "m");
+  EXPECT_EQ(std::vector<double>({s.task.initial, s.task.min, s.task.max, s.task.tolerance}),
+            std::vector<double>({0.3, 0.1, 0.9, 0.02}));
+  EXPECT_EQ(s.task.achieved, "2 * top");
+
+  sim::World world(s.model);
+  world.reset(s.start);
+  const auto at = [&](const char* body) {
+    return sim::Vector3d(world.snapshot().bodyPosition(s.model->body(body)));
+  };
+  const auto axis = [&](const char* body, int k) {
+    return sim::Vector3d(world.snapshot().bodyRotation(s.model->body(body)).col(k));
+  };
+  EXPECT_LT((at("crate") - sim::Vector3d(3, 4, 0.3)).norm(), 1e-9);
+  EXPECT_LT((axis("crate", 0) - sim::Vector3d(std::cos(0.5), std::sin(0.5), 0)).norm(), 1e-9);
+  EXPECT_LT((at("ball") - sim::Vector3d(5, 6, 0.1)).norm(), 1e-9);
+  EXPECT_NEAR(at("wall").z(), 1.5, 1e-9);
+  EXPECT_GT(at("wall").x(), 9);  // behind its face, which looks at -x
+  EXPECT_LT((at("rail") - sim::Vector3d(1, 3, 1)).norm(), 1e-9);
+  EXPECT_NEAR(std::abs(axis("rail", 2).y()), 1, 1e-9);
+  for (const char* fixed : {"wall", "rail"}) EXPECT_TRUE(s.model->isStatic(s.model->body(fixed)));
+  for (const char* free : {"crate", "ball"}) EXPECT_FALSE(s.model->isStatic(s.model->body(free)));
+  EXPECT_NE(s.model->mjcf().find("0.123"), std::string::npos);
+  // A push of m·v moves what has the mass it says: 1 N for one step.
+  for (const auto& [name, mass] : {std::pair("crate", 7.0), std::pair("ball", 2.0)}) {
+    const sim::BodyId body = s.model->body(name);
+    const double before = world.snapshot().bodyVelocity(body).z();
+    world.push(body, {0, 0, 1000});
+    world.step({VectorXd::Zero(s.model->nu())});
+    world.push(body, sim::Vector3d::Zero());
+    EXPECT_NEAR(world.snapshot().bodyVelocity(body).z() - before, 0.002 * (1000 / mass - 9.81),
+                1e-6)
+        << name;
+  }
+
+  const auto& joints = s.model->joints();
+  const auto index = [&](const std::string& joint) {
+    return std::find_if(joints.begin(), joints.end(), [&](auto& j) { return j.name == joint; }) -
+           joints.begin();
+  };
+  const auto& poses = s.model->robot()->poses;
+  EXPECT_EQ(s.start.q[s.model->joint("l_hip").q], 0.11);
+  EXPECT_EQ(s.start.q[s.model->joint("r_hip").q], -0.11);
+  EXPECT_EQ(s.start.q[s.model->joint("l_shin").q], poses.at("stand").joints.at("l_shin"));
+  EXPECT_EQ(s.controller.kp, 31);
+  EXPECT_EQ(s.controller.kd, 1.7);
+  EXPECT_EQ(s.controller.torque, 0.8);
+  EXPECT_EQ(s.controller.speed, 5);
+  control::StablePd pd = controllerOf(s);
+  for (const sim::JointGain& g : pd.gains()) EXPECT_EQ(std::pair(g.kp, g.kd), std::pair(31.0, 1.7));
+  for (const sim::JointLimit& l : pd.limits()) {
+    EXPECT_EQ(std::pair(l.torque, l.speed), std::pair(0.8, 5.0));
+  }
+  ASSERT_EQ(s.parameters.size(), 2U);
+  const ParamSpec& a = s.parameters[0];
+  EXPECT_EQ(a.name + a.unit + a.help, "aradwords");
+  EXPECT_EQ(std::vector<double>({a.min, a.max, a.initial}), std::vector<double>({-1.0, 2.0, 0.5}));
+  EXPECT_EQ(s.parameters[1].initial, 3.5);
+
+  ASSERT_EQ(s.phases.size(), 3U);
+  const Phase& one = s.phases[0];
+  EXPECT_EQ(one.name, "one");
+  EXPECT_FALSE(one.from_previous);
+  EXPECT_EQ(one.base[index("l_shin")], poses.at("crouch").joints.at("l_shin"));
+  ASSERT_EQ(one.targets.size(), 3U);
+  EXPECT_EQ(one.targets[0].expression, "a");
+  EXPECT_EQ(one.targets[0].joint, index("l_hip"));
+  EXPECT_EQ(one.targets[1].joint, index("r_hip"));
+  EXPECT_EQ(one.targets[2].joint, index("l_shoulder"));
+  EXPECT_EQ(one.targets[2].expression, "(0.2)");
+  EXPECT_EQ(one.blend, "0.1 * b");
+  EXPECT_FALSE(one.limited);
+  EXPECT_EQ(one.until, "phase_time > 0.2");
+  EXPECT_EQ(one.next, 1);
+  ASSERT_EQ(one.forces.size(), 2U);
+  EXPECT_EQ(s.model->bodyName(one.forces[1].body), "r_foot");
+  for (const ForceTerm& f : one.forces) {
+    EXPECT_EQ(f.p_BP, sim::Vector3d(0.01, 0.02, 0.03));
+    EXPECT_EQ(f.x + f.y + f.z, "ab(5)");
+  }
+  EXPECT_TRUE(s.phases[1].from_previous);
+  EXPECT_TRUE(s.phases[1].limited);
+  EXPECT_EQ(s.phases[1].next, 0);
+  EXPECT_EQ(s.phases[2].next, 3);
+  EXPECT_EQ(s.phases[2].base, VectorXd(VectorXd::Zero(s.model->nu())));
+
+  using During = std::vector<bool>;
+  ASSERT_EQ(s.feedback.size(), 1U);
+  ASSERT_EQ(s.feedback[0].joints.size(), 2U);
+  EXPECT_EQ(s.feedback[0].joints[1].expression, "0.1 * root.pitch");
+  EXPECT_EQ(s.feedback[0].joints[1].sign, -1);
+  EXPECT_EQ(s.feedback[0].during, During({false, true, false}));
+  ASSERT_EQ(s.measures.size(), 2U);
+  EXPECT_EQ(s.measures[0].name + s.measures[0].of, "topcom.z");
+  EXPECT_EQ(s.measures[0].take, Measure::Take::kMax);
+  EXPECT_EQ(s.measures[0].otherwise, 4);
+  EXPECT_EQ(s.measures[0].during, During({true, false, true}));
+  EXPECT_EQ(s.measures[1].otherwise, 0);
+  EXPECT_EQ(s.measures[1].during, During({true, true, true}));
+  ASSERT_EQ(s.failures.size(), 1U);
+  EXPECT_EQ(s.failures[0].when, "com.z < 0.1");
+  EXPECT_EQ(s.failures[0].during, During({false, true, true}));
+  ASSERT_EQ(s.terms.size(), 2U);
+  EXPECT_EQ(s.terms[1].name + s.terms[1].cost, "lowtotal");
+}
+
+TEST(SkillFile, BoundsOfItsNumbersAreWhereItSaysTheyAre) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return mistakes(replaced(kNod, from, to));
+  };
+  EXPECT_EQ(with("horizon = 0.2", "horizon = 600"), "accepted");
+  EXPECT_NE(with("horizon = 0.2", "horizon = 600.1"), "accepted");
+  EXPECT_NE(with("horizon = 0.2", "horizon = 0"), "accepted");
+  EXPECT_EQ(with("tolerance = 0.01", "tolerance = 0"), "accepted");
+  EXPECT_NE(with("tolerance = 0.01", "tolerance = -0.01"), "accepted");
+  for (const char* fits : {"default = 0", "default = 1"}) {
+    EXPECT_EQ(with("default = 0.1", fits), "accepted") << fits;
+  }
+  for (const char* not_in : {"default = -0.1", "default = 1.1"}) {
+    EXPECT_NE(with("default = 0.1", not_in), "accepted") << not_in;
+  }
+  for (const char* fits : {"initial = -1", "initial = 1"}) {
+    EXPECT_EQ(with("initial = 0.3", fits), "accepted") << fits;
+  }
+  for (const char* not_in : {"initial = -1.1", "initial = 1.1"}) {
+    EXPECT_NE(with("initial = 0.3", not_in), "accepted") << not_in;
+  }
+  EXPECT_NE(with("range = [-1, 1], initial = 0.3", "range = [1, 1], initial = 1"), "accepted");
+  const auto top = [](const std::string& line) { return mistakes(line + std::string(kNod)); };
+  EXPECT_EQ(top("time_step = 0.002"), "accepted");
+  EXPECT_NE(top("time_step = 0.0201"), "accepted");
+  EXPECT_NE(top("time_step = 0"), "accepted");
+  const auto scene = [](const std::string& line) {
+    return mistakes(std::string(kNod) + "[scene]\n" + line);
+  };
+  EXPECT_EQ(scene("compliance = 0.002"), "accepted");
+  EXPECT_NE(scene("compliance = 0.0019"), "accepted");
+  EXPECT_EQ(scene("friction = 0\nrolling_friction = 0"), "accepted");
+  EXPECT_NE(scene("friction = -0.1"), "accepted");
+  EXPECT_NE(scene("rolling_friction = -0.1"), "accepted");
+}
+
 TEST(SkillFile, MirroredNamesTurnOppositeWhereTheRobotSaysSo) {
   const auto skill = fromText(kNod);
   for (const JointValue& v : skill->phases[0].targets) {
