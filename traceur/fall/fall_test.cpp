@@ -313,6 +313,87 @@ TEST(SagittalBody, SeesAStandingRobotAsAPendulum) {
   }
 }
 
+TEST(SagittalBody, RodAndStopperLeadToThePartsTheyAreOf) {
+  for (const auto& [robot, stance, direction] :
+       {std::tuple("atlas", "two_feet", "forward"), std::tuple("atlas", "two_feet", "backward"),
+        std::tuple("bioloid-gp", "one_foot", "forward")}) {
+    const auto falls = fallsOf(robot);
+    const SagittalBody body(modelOf(*falls), falls->setup(stance, direction));
+    sim::State state = body.model()->stateOf(falls->robot->poses.at(stance));
+    state.v.setLinSpaced(-0.3, 0.5);
+    sim::World world(body.model());
+    world.reset(state);
+    const sim::Snapshot& s = world.snapshot();
+    const double sign = std::string(direction) == "forward" ? 1 : -1;
+    EXPECT_EQ(body.com(s), Vector2d(sign * s.com().x(), s.com().z()));
+    const ContactGraph& graph = body.setup().graph;
+    for (size_t i = 0; i < graph.nodes.size(); ++i) {
+      const auto node = static_cast<int>(i);
+      Vector2d mean = Vector2d::Zero();
+      for (const std::string& point : graph.nodes[i].points) {
+        mean += body.inPlane(body.point(s, point));
+        const sim::BodyId of = body.model()->body(falls->robot->contacts.at(point).body);
+        EXPECT_EQ(body.partAt(s, of, body.point(s, point)), point);
+      }
+      mean /= static_cast<double>(graph.nodes[i].points.size());
+      EXPECT_LT((body.node(s, node) - mean).norm(), 1e-12);
+      const PendulumState p = body.pendulum(s, node);
+      EXPECT_LT((p.com() + body.node(s, node) - body.com(s)).norm(), 1e-12);
+      EXPECT_LT((p.comVelocity() - body.comVelocity(s)).norm(), 1e-12);
+      for (const int to : graph.edges[i]) {
+        const double theta2 = body.stopperAngle(s, node, to);
+        EXPECT_GT(theta2, -std::numbers::pi);
+        EXPECT_LE(theta2, std::numbers::pi);
+        const double angle = p.theta + theta2;
+        const double length = (body.node(s, to) - body.com(s)).norm();
+        const Vector2d tip = body.com(s) + length * Vector2d(std::sin(angle), std::cos(angle));
+        EXPECT_LT((tip - body.node(s, to)).norm(), 1e-12);
+      }
+    }
+    for (const HeldPart& part : heldParts(body, s, 0)) {
+      const double angle = body.pendulum(s, 0).theta + part.theta2;
+      const Vector2d tip = body.com(s) + part.r2 * Vector2d(std::sin(angle), std::cos(angle));
+      EXPECT_LT((tip - body.inPlane(body.point(s, part.name))).norm(), 1e-12) << part.name;
+    }
+  }
+  for (const auto& [angle, in_range] :
+       {std::pair(0.0, 0.0), std::pair(-3.0, -3.0), std::pair(4 * std::numbers::pi + 0.1, 0.1),
+        std::pair(-std::numbers::pi - 0.1, std::numbers::pi - 0.1)}) {
+    EXPECT_NEAR(wrapped(angle), in_range, 1e-12);
+  }
+  EXPECT_EQ(wrapped(-std::numbers::pi), std::numbers::pi);
+}
+
+TEST(ReachTable, IsMarkedACellEachWayAndRoundTheCircle) {
+  ReachTable table(0.1, 1);
+  const double turn = 2 * std::numbers::pi / ReachTable::kAngles;
+  table.mark(0.55, 0.35, std::numbers::pi - turn / 2);  // the last angle below π
+  const auto reached = [&](int i, int j, int k) {
+    return table.reachable(0.55 + 0.1 * i, 0.35 + 0.1 * j, std::numbers::pi - turn / 2 + turn * k);
+  };
+  int marked = 0;
+  for (int i = -2; i <= 2; ++i) {
+    for (int j = -2; j <= 2; ++j) {
+      for (int k = -2; k <= 2; ++k) {
+        const bool near = std::abs(i) < 2 && std::abs(j) < 2 && std::abs(k) < 2;
+        EXPECT_EQ(reached(i, j, k), near) << i << j << k;
+        marked += near;
+      }
+    }
+  }
+  EXPECT_NEAR(table.filled(), marked / (std::pow(table.cells(), 2) * ReachTable::kAngles), 1e-12);
+  EXPECT_EQ(table.cells(), 12);
+  EXPECT_TRUE(reached(0, 0, ReachTable::kAngles));
+  for (const double outside : {-0.01, 1.21, 1e9}) {
+    EXPECT_FALSE(table.reachable(outside, 0.35, 3));
+    EXPECT_FALSE(table.reachable(0.55, outside, 3));
+  }
+  // At the ends there are no cells beyond.
+  ReachTable corner(0.1, 1);
+  corner.mark(0, 1.19, 0);
+  EXPECT_NEAR(corner.filled() * std::pow(corner.cells(), 2) * ReachTable::kAngles, 2 * 2 * 3, 1e-9);
+}
+
 TEST(Planner, BranchAndBoundIsExact) {
   const auto falls = fallsOf("atlas");
   for (const char* direction : {"forward", "backward"}) {
@@ -559,6 +640,60 @@ TEST(ValueTable, PlansNearlyAsTheExactPlannerAndNeverClaimsMore) {
   }
   EXPECT_GT(exact, 0);
   EXPECT_LT(quick, 1.05 * exact);
+}
+
+TEST(ValueTable, IsMultilinearInsideAndConstantBeyond) {
+  FallProblem p;
+  p.graph.nodes = {{"feet", {}}, {"hands", {}}};
+  p.graph.edges = {{1}, {}};
+  p.lengths = {{0.3, 0.5}, {0.2, 0.9}};
+  const ValueGrid grid{.times = 3, .angles = 4, .lengths = 2, .rates = 5};
+  const auto value = [](int node, double t, double theta, double r, double rate) {
+    return (1 + node) * (2 + t) * (3 - theta) * (1 + r) * (5 + rate);
+  };
+  const ValueTable empty(p, grid, std::vector<float>(2 * 3 * 4 * 2 * 5).data());
+  std::vector<float> values;
+  for (int node = 0; node < 2; ++node) {
+    const ValueTable::Node& n = empty.nodes()[node];
+    EXPECT_EQ(n.first, static_cast<size_t>(node) * 3 * 4 * 2 * 5);
+    EXPECT_EQ(std::pair(n.r.min, n.r.max), p.lengths[node]);
+    EXPECT_EQ(n.time.min, 0);
+    EXPECT_EQ(n.rate.min, 0);
+    // Twice the rate of a fall to the ground.
+    EXPECT_NEAR(n.rate.max, 2 * std::sqrt(2 * 9.81 / p.lengths[node].second), 1e-12);
+    EXPECT_LT(n.theta.min, -1);
+    EXPECT_EQ(n.theta.max, std::numbers::pi / 2);
+    for (int t = 0; t < 3; ++t) {
+      for (int a = 0; a < 4; ++a) {
+        for (int l = 0; l < 2; ++l) {
+          for (int w = 0; w < 5; ++w) {
+            values.push_back(static_cast<float>(
+                value(node, n.time.at(t), n.theta.at(a), n.r.at(l), n.rate.at(w))));
+          }
+        }
+      }
+    }
+  }
+  const ValueTable table(p, grid, values.data());
+  EXPECT_EQ(table.values(), values);
+  EXPECT_EQ(table.bytes(), 4 * values.size());
+  Random random(5);
+  for (int i = 0; i < 200; ++i) {
+    const int node = i % 2;
+    const ValueTable::Node& n = table.nodes()[node];
+    double at[4];
+    double held[4];
+    const ValueTable::Axis* const axes[] = {&n.time, &n.theta, &n.r, &n.rate};
+    for (int k = 0; k < 4; ++k) {
+      const double span = axes[k]->max - axes[k]->min;
+      at[k] = random.uniform(axes[k]->min - span / 4, axes[k]->max + span / 4);
+      if (i < 4) at[k] = i < 2 ? axes[k]->min : axes[k]->max;
+      held[k] = std::clamp(at[k], axes[k]->min, axes[k]->max);
+    }
+    const double expected = value(node, held[0], held[1], held[2], held[3]);
+    EXPECT_NEAR(table.at({node, at[0], {.theta = at[1], .r = at[2], .theta_rate = at[3]}}),
+                expected, 1e-5 * expected);
+  }
 }
 
 /// A library of BioloidGP's plans, aligned as the reader wants it.
@@ -816,6 +951,62 @@ TEST(FallExperiment, APlanHalvesTheImpulseOfASmallRobotAndTheSameTwice) {
   // A robot that lies still presses with its weight: the window's impulse is m g times it.
   const double rest = held.windowed.back().second;
   EXPECT_NEAR(rest, 1.6 * 9.81 * 0.01, 0.05);
+}
+
+TEST(FallSimulator, WhatIsMeasuredFitsTogether) {
+  const auto falls = fallsOf("bioloid-gp");
+  FallSimulator simulator(*falls, falls->setup("one_foot", "forward"));
+  const FallProtocol protocol;
+  for (const Strategy strategy : {Strategy::kHold, Strategy::kLimp}) {
+    sim::Recording recording;
+    const FallTrial t = simulator.run({1.5}, strategy, {}, &recording);
+    ASSERT_TRUE(t.fell);
+    EXPECT_GE(t.noticed, 0.1);  // not before the push is over
+    // Impulses.
+    EXPECT_DOUBLE_EQ(t.raw_impulse, t.peak_force * protocol.time_step);
+    EXPECT_GE(t.impulse, t.raw_impulse);
+    EXPECT_LE(t.impulse, t.peak_force * protocol.window);
+    double windowed = 0;
+    for (size_t i = 0; i < t.windowed.size(); ++i) {
+      windowed = std::max(windowed, t.windowed[i].second);
+      EXPECT_GE(t.windowed[i].second, -1e-12);
+      EXPECT_NEAR(t.windowed[i].first - t.windowed[0].first, 0.001 * static_cast<double>(i), 1e-9);
+    }
+    EXPECT_LE(windowed, t.impulse);
+    EXPECT_GT(windowed, 0.9 * t.impulse);
+    // Contacts, each part once and in their order.
+    ASSERT_FALSE(t.contacts.empty());
+    std::set<std::string> parts;
+    double largest = 0;
+    double before = 0;
+    for (const GroundContact& c : t.contacts) {
+      EXPECT_TRUE(parts.insert(c.part).second) << c.part;
+      EXPECT_GE(c.time, before);
+      EXPECT_GE(c.impulse, 0);
+      before = c.time;
+      largest = std::max(largest, c.impulse);
+    }
+    EXPECT_EQ(largest, t.impulse);
+    EXPECT_EQ(t.head_hit, parts.contains(falls->head));
+    EXPECT_GT(t.peak_head, 0);
+    // The COM from the pivot on, every 10 ms of what is left; frames of all, from the stance on.
+    EXPECT_EQ(t.com.size(), 250U);
+    EXPECT_NEAR(t.com[0].x(), t.start.pendulum.com().x(), 1e-12);
+    EXPECT_GT(t.com.back().x(), 0.05);
+    for (size_t i = 0; i < recording.frames.size(); ++i) {
+      EXPECT_NEAR(recording.frames[i].state.time, 0.01 * static_cast<double>(i), 1e-9);
+    }
+    EXPECT_NEAR(recording.frames.back().state.time, t.noticed + protocol.settle, 0.0101);
+    EXPECT_EQ(recording.phases, std::vector<std::string>({"push", std::string(nameOf(strategy))}));
+    for (const sim::Frame& f : recording.frames) {
+      EXPECT_EQ(f.phase, f.state.time < t.noticed + 1e-9 ? 0 : 1);
+      if (strategy == Strategy::kLimp && f.state.time > t.noticed + 0.001) {
+        EXPECT_EQ(f.torque.norm(), 0);
+      }
+    }
+    EXPECT_GT(t.peak_torque, 0);  // until then the stance is kept
+    EXPECT_LE(t.peak_torque, 1);
+  }
 }
 
 TEST(FallExperiment, SupportKeepsTheLegsFromGivingWay) {
