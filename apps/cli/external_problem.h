@@ -30,10 +30,11 @@ struct ExternalFunction {
 ///
 /// The answer must depend on the line only. What else can happen:
 ///
-///     it ends, or the line begins with fewer numbers than costs    optim::Broken, this trial's
-///     fault a name that is no constraint's, a second line, a line        InputError: it was not
-///     written longer than Process::kMostLine                               for these questions it
-///     cannot be started                                         SystemError
+///   - It ends, or its line does not begin with as many numbers as there are costs: optim::Broken,
+///     this trial's fault.
+///   - It names a constraint that there is not, answers with a second line, or with one longer than
+///     Process::kMostLine: InputError; it was not written for these questions.
+///   - It cannot be started: SystemError.
 ///
 /// Each quotes the question and, if there is one, the answer. After a trial that is Broken the
 /// command is started anew. With secondChance(), so that Broken depends on the question alone, a
