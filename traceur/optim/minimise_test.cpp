@@ -318,7 +318,9 @@ TEST(Minimise, EndsWhenAllOfTheFirstTrialsBreakDown) {
     } catch (const InputError& e) {
       EXPECT_STREQ(e.what(), "no such file\n  none of the first 10 trials could be run");
     }
-    if (threads == 1) EXPECT_EQ(asked.size(), 10U);
+    if (threads == 1) {
+      EXPECT_EQ(asked.size(), 10U);
+    }
   }
   // One of them could: the others are to be failed ones.
   std::atomic<int> trials = 0;

@@ -647,7 +647,7 @@ TEST(Motion, RecordingsThatCannotBeRead) {
   EXPECT_THROW(checkRecording(*testModel(), r), InputError);
   for (const int body : {-1, testModel()->bodies()}) {
     r = jump();
-    r.frames[5].contacts = {{.body_a = {0}, .body_b = {body}}};
+    r.frames[5].contacts.emplace_back().body_b = {body};
     EXPECT_TRUE(has(messageOf<InputError>([&] { checkRecording(*testModel(), r); }), "frame 5"));
   }
   r.frames.clear();
@@ -1263,7 +1263,7 @@ TEST(Figure, SizesHaveBounds) {
 
 TEST(Figure, CutShortIsAnErrorThoughGnuplotIsContent) {
   const Folder folder;
-  for (const std::string& ending : {".png", ".svg"}) {
+  for (const std::string ending : {".png", ".svg"}) {
     const fs::path whole = folder / ("whole" + ending);
     const auto is_whole = ending == ".png" ? isWholePng : isWholeSvg;
     writeFigure(example(), whole);
