@@ -54,10 +54,11 @@ std::unique_ptr<Process> ExternalProblem::takeIdle() const {
   return process;
 }
 
-std::string ExternalProblem::ask(Process& process, const std::string& question) const {
+std::string ExternalProblem::ask(Process& process, bool is_new, const std::string& question) const {
   if (process.hasMore()) {
-    throw InputError(
-        fmt::format("{} answered a trial with more than one line", function_.command[0]));
+    throw InputError(fmt::format("{} {}", function_.command[0],
+                                 is_new ? "said something before it was asked"
+                                        : "answered a trial with more than one line"));
   }
   process.write(question + "\n");
   if (!process.answersWithin(kPatience) && !warned_.exchange(true)) {
@@ -80,7 +81,7 @@ optim::Evaluation ExternalProblem::evaluate(const VectorXd& x) const {
     const bool is_new = !process;
     if (is_new) process = start();
     try {
-      const optim::Evaluation evaluation = parse(ask(*process, question));
+      const optim::Evaluation evaluation = parse(ask(*process, is_new, question));
       const std::scoped_lock lock(mutex_);
       idle_.push_back(std::move(process));
       return evaluation;

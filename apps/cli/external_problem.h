@@ -60,7 +60,7 @@ class ExternalProblem : public optim::Problem {
  private:
   std::unique_ptr<Process> start() const;
   std::unique_ptr<Process> takeIdle() const;
-  std::string ask(Process& process, const std::string& question) const;
+  std::string ask(Process& process, bool is_new, const std::string& question) const;
 
   ExternalFunction function_;
   bool second_chance_ = false;

@@ -11,6 +11,7 @@ dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
 export TRACEUR_TEST_KILLS=$dir  # by which the processes are found that came of ours
 export XDG_CACHE_HOME=$dir/cache
+export TRACEUR_DATA=$PWD
 
 jump=("$nod" --seed 7 --quiet)
 "$traceur" learn "${jump[@]}" --budget 64 --out "$dir/given.run"
@@ -23,7 +24,7 @@ work() {
   case $1 in
     learn) exec "$traceur" learn "${jump[@]}" --budget 640 --resume --out a.run ;;
     family) exec "$traceur" learn "${jump[@]}" --budget 320 --tasks 0:1:3 --resume --out a.run ;;
-    reproduce) exec "$traceur" reproduce figure-22 --seeds 2 --quiet --out a.csv ;;
+    reproduce) exec "$traceur" reproduce table-7 --seeds 6 --quiet --out a.csv ;;
     perform) exec "$traceur" perform given-family.run --sweep 200 ;;
     render) exec "$traceur" render given.run a.mp4 --speed 0.05 --quiet ;;
     plot) exec "$traceur" plot given.run ;;
