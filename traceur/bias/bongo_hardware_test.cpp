@@ -46,6 +46,18 @@ TEST(BongoHardware, FallsAsTheModelDoes) {
   EXPECT_GT(hardware.boardHeight(), 0);
 }
 
+TEST(BongoHardware, TellsWhenTheBoardHasLeftTheWheel) {
+  BongoHardware hardware({}, {});
+  hardware.reset(tilted(0.02));
+  int off = 0;
+  for (int i = 0; i < 4000; ++i) {  // thrown about, it falls
+    hardware.step(torque(i / 100 % 2 == 0 ? 100 : -100));
+    off += !hardware.boardOnWheel();
+  }
+  EXPECT_GT(off, 0);
+  EXPECT_LT(hardware.boardHeight(), 0.05);
+}
+
 TEST(BongoHardware, StartsMovingAsItIsTold) {
   VectorXd x(6);
   x << .05, -.03, .04, .5, -.3, .2;

@@ -64,6 +64,38 @@ TEST_F(TableFile, SumsUpWhatWasRun) {
               1e-12);
 }
 
+TEST_F(TableFile, GroupsAreOfTwoRowsOrMoreAndOfRatios) {
+  Table table = known();
+  table.rows = {{"a", "even", "trials"},
+                {"b", "odd", "runs"},
+                {"c", "even", "trials"},
+                {"d", "even", "trials"}};
+  for (Column& c : table.columns) c.printed.clear();
+  Results results(table);
+  results.run({}, {});
+  const Summary s = summarise(results);
+  ASSERT_EQ(s.groups.size(), 1U);
+  EXPECT_EQ(s.groups[0].name, "even");
+  EXPECT_EQ(s.groups[0].quantity, "trials");
+  EXPECT_EQ(s.groups[0].rows, 3);
+  double product = 1;
+  for (const int row : {0, 2, 3}) product *= s.ratios[row][0].value;
+  EXPECT_NEAR(s.groups[0].ratios[0].value, std::cbrt(product), 1e-12);
+  EXPECT_TRUE(std::isnan(s.groups[0].ratios[0].printed));
+
+  Table none = table;
+  none.ratios.clear();
+  Results plain(none);
+  for (const auto& [key, outcome] : results.outcomes()) plain.add(key, outcome);
+  EXPECT_TRUE(summarise(plain).groups.empty());
+
+  Results few(table);  // a row without runs has no ratio, nor has its group
+  for (const auto& [key, outcome] : results.outcomes()) {
+    if (std::get<0>(key) != 2) few.add(key, outcome);
+  }
+  EXPECT_TRUE(std::isnan(summarise(few).groups[0].ratios[0].value));
+}
+
 TEST_F(TableFile, RunsAsManySeedsAsAskedAndSaysHowFarItIs) {
   const Table table = known();
   const auto seeds_of = [&](const Results::RunOptions& options) {
