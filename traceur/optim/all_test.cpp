@@ -6,6 +6,7 @@
 #include <set>
 
 #include "traceur/core/error.h"
+#include "traceur/optim/family.h"
 #include "traceur/optim/test_functions.h"
 
 namespace traceur::optim {
@@ -32,6 +33,73 @@ TEST(AllOptimizers, AWrongNameGetsASuggestion) {
     EXPECT_EQ(std::string(e.what()).find("no optimiser \"cma_es\". Did you mean \"cma-es\"?"), 0);
   }
   EXPECT_THROW(findOptimizer(""), InputError);
+}
+
+/// A tilted bowl in a box, of several tasks or none, with a constraint and failures here and there.
+class Rough : public Problem {
+ public:
+  explicit Rough(bool family) : family_(family) {}
+  VectorXd lower() const override { return VectorXd::Constant(3, -1); }
+  VectorXd upper() const override { return VectorXd::LinSpaced(3, 1, 3); }
+  VectorXd tasks() const override {
+    return family_ ? VectorXd(VectorXd::LinSpaced(3, 1, 5)) : VectorXd();
+  }
+  std::vector<std::string> constraints() const override { return {"edge"}; }
+  Evaluation evaluate(const VectorXd& x) const override {
+    Evaluation e{.cost = 0, .violated = {x[0] + x[1] < 0.1}};
+    e.failed = std::sin(1e3 * x.sum()) > 0.95;
+    for (const double task : tasks()) e.task_costs.push_back(costOf(x, task));
+    for (const double cost : e.task_costs) e.cost += cost / 3;
+    if (!family_) e.cost = costOf(x, 1);
+    return e;
+  }
+
+ private:
+  static double costOf(const VectorXd& x, double task) {
+    return std::pow(x[0] - 0.1 * task, 2) + 10 * std::pow(x[1] - x[0], 2) + std::abs(x[2]);
+  }
+  bool family_;
+};
+
+void runGeneration(Optimizer& optimizer, const Problem& problem) {
+  for (const Candidate& c : optimizer.ask()) optimizer.tell(c.id, problem.evaluate(c.x));
+}
+
+/// Whether a search goes on as if nothing had been, from wherever it was written down.
+template <class Make>
+void expectResumes(const Make& make, const Problem& problem) {
+  const auto whole = make();
+  std::vector<std::string> states = {whole->save()};
+  for (int g = 0; g < 60; ++g) {
+    runGeneration(*whole, problem);
+    states.push_back(whole->save());
+  }
+  for (const size_t from : {0, 1, 7, 40}) {
+    const auto resumed = make();
+    resumed->restore(states[from]);
+    EXPECT_EQ(resumed->save(), states[from]);
+    for (size_t g = from; g < from + 20; ++g) {
+      runGeneration(*resumed, problem);
+      ASSERT_EQ(resumed->save(), states[g + 1]) << from << " " << g;
+    }
+  }
+}
+
+TEST(AllOptimizers, GoOnFromWhatTheyWroteDown) {
+  const Rough problem(false);
+  for (const OptimizerEntry& entry : allOptimizers()) {
+    SCOPED_TRACE(entry.name);
+    expectResumes([&] { return entry.make(problem, {.seed = 3}); }, problem);
+  }
+}
+
+TEST(AllFamilyOptimizers, GoOnFromWhatTheyWroteDown) {
+  const Rough problem(true);
+  for (const FamilyOptimizerEntry& entry : allFamilyOptimizers()) {
+    SCOPED_TRACE(entry.name);
+    EXPECT_EQ(&findFamilyOptimizer(entry.name), &entry);
+    expectResumes([&] { return entry.make(problem, {.seed = 3}); }, problem);
+  }
 }
 
 TEST(CmaEsOptionsOf, ScalesEachVariableByItsBox) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "traceur/core/error.h"
 #include "traceur/optim/minimise.h"
@@ -132,6 +133,42 @@ TEST(CmaC, DissertationPresetNeitherRanksFeasibilityNorRestarts) {
   for (int g = 0; g < 10; ++g) step(c, halfPlane);
   EXPECT_TRUE(c.classifiers()[0].active);
   EXPECT_EQ(c.descents(), 1);
+}
+
+TEST(CmaC, OptionsEndWhereTheySay) {
+  using Change = std::function<void(CmaCOptions&)>;
+  const auto made = [](const Change& change) {
+    CmaCOptions o{.cma = {.x0 = VectorXd::Zero(3)}, .constraints = 1};
+    change(o);
+    return CmaC(o).options();
+  };
+  EXPECT_EQ(made([](auto&) {}).neighbours, 20 + 2 * 3);
+  EXPECT_TRUE(made([](auto&) {}).cma.hold_feasible);
+  EXPECT_TRUE(made([](auto&) {}).cma.try_start);
+  EXPECT_FALSE(made([](auto& o) { o.follow = false; }).cma.hold_feasible);
+  EXPECT_FALSE(made([](auto& o) { o.cma.feasible_first = false; }).cma.hold_feasible);
+  EXPECT_FALSE(made([](auto& o) { o.constraints = 0; }).cma.try_start);
+  const std::vector<Change> last = {
+      [](auto& o) { o.least_labels = 1; },    [](auto& o) { o.neighbours = 0; },
+      [](auto& o) { o.most_points = 0; },     [](auto& o) { o.least_agreement = 0; },
+      [](auto& o) { o.least_agreement = 1; }, [](auto& o) { o.restarts = 0; },
+      [](auto& o) { o.collapsed = 0; },       [](auto& o) { o.tours = 0; }};
+  for (size_t i = 0; i < last.size(); ++i) EXPECT_NO_THROW(made(last[i])) << i;
+  const std::vector<Change> beyond = {[](auto& o) { o.least_labels = 0; },
+                                      [](auto& o) { o.neighbours = -1; },
+                                      [](auto& o) { o.most_points = -1; },
+                                      [](auto& o) { o.least_agreement = -0.01; },
+                                      [](auto& o) { o.least_agreement = 1.01; },
+                                      [](auto& o) { o.restarts = -1; },
+                                      [](auto& o) { o.collapsed = -0.01; },
+                                      [](auto& o) { o.collapsed = NAN; },
+                                      [](auto& o) { o.tours = -1; },
+                                      [](auto& o) { o.alpha = 0; },
+                                      [](auto& o) { o.alpha = INFINITY; },
+                                      [](auto& o) { o.wide_C = 0; },
+                                      [](auto& o) { o.near_width = 0; },
+                                      [](auto& o) { o.near_C = 0; }};
+  for (size_t i = 0; i < beyond.size(); ++i) EXPECT_THROW(made(beyond[i]), InputError) << i;
 }
 
 TEST(CmaC, RefusesWhatCannotBeUsed) {

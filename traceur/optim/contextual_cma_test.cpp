@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "traceur/core/error.h"
@@ -600,6 +601,47 @@ TEST(ContextualCma, SaysWhyItStoppedWhenRestartsAreSpent) {
   EXPECT_EQ(s.end, End::kOptimizer);
   EXPECT_EQ(s.stop.reason, "tolx");
   EXPECT_LT(s.stop.value, s.stop.limit);
+}
+
+TEST(ContextualCma, OptionsEndWhereTheySay) {
+  using Change = std::function<void(ContextualCmaOptions&)>;
+  const auto made = [](const Change& change) {
+    ContextualCmaOptions o{.tasks = VectorXd::LinSpaced(3, 0, 1), .x0 = VectorXd::Zero(8)};
+    change(o);
+    return ContextualCma(o).options();
+  };
+  EXPECT_EQ(made([](auto&) {}).lambda, 32);
+  EXPECT_EQ(made([](auto&) {}).stagnation_curves, 5 + 8 / 4);
+  const std::vector<Change> last = {[](auto& o) { o.lambda = 4; },
+                                    [](auto& o) { o.curve_share = 1e-9; },
+                                    [](auto& o) { o.curve_share = 0.999; },
+                                    [](auto& o) { o.stagnation_curves = 1; },
+                                    [](auto& o) { o.elite_generations = 0; },
+                                    [](auto& o) { o.tolstagnation = 0; },
+                                    [](auto& o) { o.tolx = 0; },
+                                    [](auto& o) { o.max_restarts = 0; },
+                                    [](auto& o) { o.lambda_factor = 1; },
+                                    [](auto& o) { o.control_points = 1; },
+                                    [](auto& o) { o.control_points = 3; }};
+  for (size_t i = 0; i < last.size(); ++i) EXPECT_NO_THROW(made(last[i])) << i;
+  const std::vector<Change> beyond = {[](auto& o) { o.lambda = 3; },
+                                      [](auto& o) { o.lambda = -1; },
+                                      [](auto& o) { o.lambda = kMaxLambda + 1; },
+                                      [](auto& o) { o.curve_share = 0; },
+                                      [](auto& o) { o.curve_share = 1; },
+                                      [](auto& o) { o.curve_share = NAN; },
+                                      [](auto& o) { o.stagnation_curves = -1; },
+                                      [](auto& o) { o.elite_generations = -1; },
+                                      [](auto& o) { o.tolstagnation = -1e-9; },
+                                      [](auto& o) { o.tolstagnation = NAN; },
+                                      [](auto& o) { o.tolx = -1e-9; },
+                                      [](auto& o) { o.tolx = NAN; },
+                                      [](auto& o) { o.max_restarts = -1; },
+                                      [](auto& o) { o.lambda_factor = 0.999; },
+                                      [](auto& o) { o.lambda_factor = NAN; },
+                                      [](auto& o) { o.control_points = 0; },
+                                      [](auto& o) { o.control_points = 4; }};
+  for (size_t i = 0; i < beyond.size(); ++i) EXPECT_THROW(made(beyond[i]), InputError) << i;
 }
 
 TEST(ContextualCma, RefusesWhatCannotBeUsed) {

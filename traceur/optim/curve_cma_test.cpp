@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -103,6 +104,138 @@ TEST(CurveCma, RunsTheCurveThenSamplesThenTheNextCurve) {
   const bool accepted = cost < before;
   EXPECT_DOUBLE_EQ(curve.best()->cost, accepted ? cost : before);
   EXPECT_DOUBLE_EQ(curve.state().sigma, sigma * std::exp(accepted ? 1.0 / 3 : -1.0 / 12));
+}
+
+/// The equations of the header for one elite a task, so that nothing is drawn but samples, with
+/// full matrices.
+struct Textbook {
+  CurveCmaOptions o;
+  int n, M, K;
+  MatrixXd basis;  // (M x K)
+  MatrixXd points, proposed;
+  std::vector<MatrixXd> C;
+  std::vector<VectorXd> path;
+  std::vector<double> best;
+  MatrixXd elites;
+  double cost = kInf, sigma, p = 2.0 / 11;
+  bool first = true;
+  int successes = 0, failures = 0;
+
+  Textbook(const CurveCmaOptions& options, int control_points, const VectorXd& w)
+      : o(options),
+        n(static_cast<int>(o.x0.size())),
+        M(static_cast<int>(w.size())),
+        K(control_points),
+        basis(M, K),
+        points(o.x0.replicate(1, K)),
+        proposed(points),
+        C(M, MatrixXd::Identity(n, n)),
+        path(M, VectorXd::Zero(n)),
+        best(M, kInf),
+        elites(n, M),
+        sigma(o.step_size == StepSize::kVariance ? o.sigma * o.sigma : o.sigma) {
+    for (int i = 0; i < M; ++i) basis.row(i) = bernstein(K, w[i]).transpose();
+  }
+
+  void remember(const VectorXd& x, const std::vector<double>& costs) {
+    for (int i = 0; i < M; ++i) {
+      if (!(costs[i] < best[i])) continue;
+      best[i] = costs[i];
+      elites.col(i) = x;
+    }
+  }
+
+  /// After the samples of an iteration.
+  void propose() { proposed = elites * basis * (basis.transpose() * basis).inverse(); }
+
+  /// After the points of a curve, with their mean cost.
+  void judge(double measured) {
+    const bool success = measured < cost;
+    if (!first) {
+      const double before = p;
+      p = 11 * p / 12 + (success ? 1.0 / 12 : 0);
+      if (success) {
+        const double deviation = o.step_size == StepSize::kVariance ? std::sqrt(sigma) : sigma;
+        const MatrixXd steps = (proposed - points) * basis.transpose();
+        for (int i = 0; i < M; ++i) {
+          learn(i, steps.col(i) / (o.normalised_steps ? deviation : o.sigma),
+                o.fresh_success_rate ? p : before);
+        }
+      }
+      sigma *= success ? std::exp(1.0 / 3) : std::exp(-o.failure_exponent / 3);
+      ++(success ? successes : failures);
+    }
+    if (first || success) {
+      points = proposed;
+      cost = measured;
+    }
+    first = false;
+  }
+
+  void learn(int i, const VectorXd& y, double rate) {
+    const double c_c = 2.0 / (n + 2);
+    const double c_cov = 2 / (n * n + o.c_cov_offset);
+    const bool moves = rate < 0.44;
+    path[i] = (1 - c_c) * path[i] + (moves ? std::sqrt(c_c * (2 - c_c)) : 0) * y;
+    C[i] = (1 - c_cov + (moves ? 0 : c_cov * c_c * (2 - c_c))) * C[i] +
+           c_cov * path[i] * path[i].transpose();
+  }
+};
+
+TEST(CurveCma, UpdatesAsItsEquationsSay) {
+  const int n = 3;
+  VectorXd tasks(5);
+  tasks << 1, 2, 4, 7, 9;
+  const auto cost_of = [](const VectorXd& x, double task) {
+    double cost = 0;
+    for (int j = 0; j < n; ++j) cost += std::pow(10, j) * std::pow(x[j] - 0.1 * task * (j - 1), 2);
+    return cost;
+  };
+  CurveCmaOptions plain;
+  plain.x0 = VectorXd::LinSpaced(n, 1, 2);
+  plain.tasks = tasks;
+  plain.elites = 1;
+  CurveCmaOptions table = table11CurveCma();
+  table.x0 = plain.x0;
+  table.tasks = tasks;
+  table.elites = 1;
+  CurveCmaOptions cubic = plain;
+  cubic.control_points = 4;
+  cubic.failure_exponent = 0.5;
+  for (const CurveCmaOptions& o : {plain, table, cubic}) {
+    CurveCma curve(o);
+    Textbook book(o, o.control_points, (tasks.array() - 1) / 8);
+    for (int g = 0; g < 120; ++g) {
+      const bool measuring = curve.state().measuring;
+      const std::vector<Candidate> candidates = curve.ask();
+      double mean = 0;
+      for (size_t k = 0; k < candidates.size(); ++k) {
+        Evaluation e{.cost = 0};
+        for (const double task : tasks) e.task_costs.push_back(cost_of(candidates[k].x, task));
+        curve.tell(candidates[k].id, e);
+        if (measuring) mean += e.task_costs[k] / 5;
+        if (!measuring || (book.first && o.pool_first_curve)) {
+          book.remember(candidates[k].x, e.task_costs);
+        }
+      }
+      if (measuring) {
+        book.judge(mean);
+      } else {
+        book.propose();
+        if (!curve.state().measuring) book.judge(kInf);  // nothing new to measure
+      }
+      const CurveCmaState& s = curve.state();
+      ASSERT_LE((s.points - book.points).norm(), 1e-9) << g;
+      ASSERT_LE((s.proposed - book.proposed).norm(), 1e-9) << g;
+      ASSERT_NEAR(s.sigma, book.sigma, 1e-9 * book.sigma) << g;
+      ASSERT_NEAR(s.p_success, book.p, 1e-9) << g;
+      for (int i = 0; i < 5; ++i) {
+        ASSERT_LE((s.shapes[i].covariance() - book.C[i]).norm(), 1e-7 * book.C[i].norm()) << g;
+      }
+    }
+    EXPECT_GT(book.successes, 5);
+    EXPECT_GT(book.failures, 5);
+  }
 }
 
 TEST(CurveCma, KeepsTheBestOfEachTask) {

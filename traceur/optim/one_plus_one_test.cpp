@@ -194,6 +194,33 @@ TEST(OnePlusOne, StopsOrStartsAnew) {
   EXPECT_EQ(plateau.stopped()->reason, "tolxup");
 }
 
+TEST(OnePlusOne, OptionsEndWhereTheySay) {
+  const VectorXd x0 = VectorXd::Zero(3);
+  EXPECT_EQ(OnePlusOne({.x0 = x0}).options().tolallfailed, 20 * 7);  // 4 + ⌊3 ln 3⌋ = 7
+  EXPECT_EQ(OnePlusOne({.x0 = x0, .tolallfailed = 3}).options().tolallfailed, 3);
+  EXPECT_NO_THROW(OnePlusOne({.x0 = x0, .constraints = 0, .tolx = 0, .tolxup = 0, .restarts = 0}));
+  EXPECT_THROW(OnePlusOne({.x0 = x0, .constraints = -1}), InputError);
+  EXPECT_THROW(OnePlusOne({.x0 = x0, .tolx = -1e-9}), InputError);
+  EXPECT_THROW(OnePlusOne({.x0 = x0, .tolxup = -1e-9}), InputError);
+  EXPECT_THROW(OnePlusOne({.x0 = x0, .tolxup = NAN}), InputError);
+  EXPECT_THROW(OnePlusOne({.x0 = x0, .tolallfailed = -1}), InputError);
+}
+
+TEST(OnePlusOne, StopsAfterSoManyFailuresInARow) {
+  OnePlusOne o({.x0 = VectorXd::Zero(3), .tolallfailed = 3, .restarts = 9});
+  const auto fail = [&] { o.tell(o.ask()[0].id, {.cost = 0, .failed = true}); };
+  for (int i = 0; i < 2; ++i) fail();
+  EXPECT_FALSE(o.stopped());
+  o.tell(o.ask()[0].id, {.cost = 1});
+  for (int i = 0; i < 2; ++i) fail();
+  EXPECT_FALSE(o.stopped());
+  fail();
+  ASSERT_TRUE(o.stopped());
+  EXPECT_EQ(o.stopped()->reason, "tolallfailed");
+  EXPECT_EQ(o.stopped()->value, 3);
+  EXPECT_EQ(o.state().descent, 0U);  // not begun anew
+}
+
 TEST(OnePlusOne, RefusesWhatCannotBeUsed) {
   EXPECT_THROW(OnePlusOne({}), InputError);
   EXPECT_THROW(OnePlusOne({.x0 = VectorXd::Zero(2), .sigma = 0}), InputError);

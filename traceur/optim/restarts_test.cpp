@@ -52,6 +52,59 @@ TEST(Restarts, BipopSpendsAsMuchOnSmallPopulations) {
   EXPECT_EQ(*std::max_element(lambdas.begin(), lambdas.end()), 64);
 }
 
+TEST(Restarts, BipopSharesTrialsByItsRules) {
+  const CmaEsOptions options = bowl(2);
+  Restarts bipop(options, {.restarts = 4, .bipop = true});
+  struct Descent {
+    int lambda = 0;
+    double sigma = 0;
+    VectorXd start;
+    std::uint64_t trials = 0;
+  };
+  std::vector<Descent> all;
+  std::uint64_t next = 0;
+  while (!bipop.stopped()) {
+    if (bipop.descents() > static_cast<int>(all.size())) {
+      const CmaEsOptions& o = bipop.cma().options();
+      all.push_back({o.lambda, o.sigma, o.x0, 0});
+    }
+    for (const Candidate& c : bipop.ask()) {
+      EXPECT_EQ(c.id, next++);
+      bipop.tell(c.id, {.cost = rastrigin(c.x)});
+      ++all.back().trials;
+    }
+  }
+  EXPECT_EQ(all[0].start, options.x0);
+  std::uint64_t large = all[0].trials, small = 0, latest = all[0].trials;
+  int lambda = 8;
+  int grown = 0;
+  for (size_t i = 1; i < all.size(); ++i) {
+    SCOPED_TRACE(i);
+    const Descent& d = all[i];
+    for (size_t k = 0; k < i; ++k) EXPECT_NE(d.start, all[k].start);
+    EXPECT_LE(d.start.cwiseAbs().maxCoeff(), 5);
+    if (i > 1 && small < large) {
+      small += d.trials;
+      EXPECT_GE(d.lambda, 2);
+      EXPECT_LE(d.lambda, std::max(8, lambda / 2));  // λ₀ (λ/(2 λ₀))^(u²)
+      EXPECT_LE(d.sigma, 1);
+      EXPECT_GE(d.sigma, 0.01);
+      // But for the last, it ends with the generation that has had half of the large one's trials.
+      if (i + 1 < all.size()) {
+        EXPECT_LT(d.trials - static_cast<std::uint64_t>(d.lambda), (latest + 1) / 2);
+      }
+    } else {
+      lambda *= 2;
+      ++grown;
+      large += d.trials;
+      latest = d.trials;
+      EXPECT_EQ(d.lambda, lambda);
+      EXPECT_EQ(d.sigma, 1);
+    }
+  }
+  EXPECT_EQ(grown, 4);
+}
+
 TEST(Restarts, FindsTheDeepestOfManyValleys) {
   const FunctionProblem problem(VectorXd::Constant(4, -5), VectorXd::Constant(4, 5), rastrigin);
   for (const bool bipop : {false, true}) {
