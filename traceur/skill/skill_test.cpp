@@ -160,8 +160,8 @@ TEST(SkillFile, AParameterBeginsInTheMiddleUnlessItSays) {
   EXPECT_EQ(SkillProblem(skill, 0.1).upper()[0], 4);
 }
 
-TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
-  const auto skill = fromText(R"(
+/// A skill that has every key once.
+constexpr const char* kAll = R"(
 name = "all"
 description = "has every key"
 robot = "bioloid-gp"
@@ -245,7 +245,31 @@ cost = "(top - task)^2"
 [[objective]]
 name = "low"
 cost = "total"
-)");
+)";
+
+TEST(SkillFile, AKeyThatThereIsNotIsNamedInEveryTable) {
+  const std::string text = kAll;
+  int tables = 0;
+  for (size_t at = 0; (at = text.find("\n[", at)) != std::string::npos; ++at) {
+    const size_t line = text.find('\n', at + 1) + 1;
+    const std::string table = text.substr(at + 1, line - at - 2);
+    if (table == "[parameters]" || table == "[measures]") continue;  // any key is a name there
+    std::string wrong = text;
+    wrong.insert(line, "nonsense = 1\n");
+    EXPECT_NE(mistakes(wrong).find("nonsense"), std::string::npos) << table;
+    ++tables;
+  }
+  EXPECT_EQ(tables, 15);
+  for (const char* row : {"a = {", "b = {", "top = {", "total = {", "force = [{"}) {
+    EXPECT_NE(mistakes(replaced(text, row, row + std::string("nonsense = 1, "))).find("nonsense"),
+              std::string::npos)
+        << row;
+  }
+  EXPECT_NE(mistakes("nonsense = 1" + text).find("nonsense"), std::string::npos);
+}
+
+TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
+  const auto skill = fromText(kAll);
   const Skill& s = *skill;
   EXPECT_EQ(s.name, "all");
   EXPECT_EQ(s.description, "has every key");
