@@ -54,6 +54,69 @@ TEST(Random, EqualSeedsGiveEqualNumbersAndOthersDoNot) {
   EXPECT_EQ(first.size(), 1000u);
 }
 
+/// The generators as their authors printed them.
+std::uint64_t splitMix64(std::uint64_t& x) {
+  std::uint64_t z = (x += 0x9e3779b97f4a7c15);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+  return z ^ (z >> 31);
+}
+
+struct Xoshiro256pp {
+  std::uint64_t s[4];
+  std::uint64_t next() {
+    const auto rotl = [](std::uint64_t x, int k) { return (x << k) | (x >> (64 - k)); };
+    const std::uint64_t result = rotl(s[0] + s[3], 23) + s[0];
+    const std::uint64_t t = s[1] << 17;
+    s[2] ^= s[0];
+    s[3] ^= s[1];
+    s[1] ^= s[2];
+    s[0] ^= s[3];
+    s[2] ^= t;
+    s[3] = rotl(s[3], 45);
+    return result;
+  }
+};
+
+TEST(Random, IsXoshiroSeededThroughSplitMix) {
+  // Published first numbers of either.
+  std::uint64_t seed = 1234567;
+  for (const std::uint64_t x : {6457827717110365317u, 3203168211198807973u, 9817491932198370423u}) {
+    EXPECT_EQ(splitMix64(seed), x);
+  }
+  Xoshiro256pp small{{1, 2, 3, 4}};
+  for (const std::uint64_t x : {41943041u, 58720359u}) EXPECT_EQ(small.next(), x);
+
+  std::uint64_t state = 3;
+  state = splitMix64(state) ^ 1;
+  state = splitMix64(state) ^ 4;
+  Xoshiro256pp reference{};
+  for (std::uint64_t& word : reference.s) word = splitMix64(state);
+  Random bits(3, 1, 4);
+  Xoshiro256pp same = reference;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(bits.bits(), same.next());
+
+  const auto uniform = [](Xoshiro256pp& x) { return std::ldexp(double(x.next() >> 11), -53); };
+  Random numbers(3, 1, 4);
+  same = reference;
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_EQ(numbers.uniform(), uniform(same));
+    EXPECT_EQ(numbers.uniform(-2, 5), -2 + 7 * uniform(same));
+    EXPECT_EQ(numbers.below(7), same.next() % 7);
+  }
+  // Marsaglia's polar method gives two at a time.
+  for (int i = 0; i < 100; ++i) {
+    double u = 0, v = 0;
+    do {
+      u = 2 * uniform(same) - 1;
+      v = 2 * uniform(same) - 1;
+    } while (u * u + v * v >= 1);
+    const double scale = std::sqrt(-2 * std::log(u * u + v * v) / (u * u + v * v));
+    EXPECT_DOUBLE_EQ(numbers.normal(), u * scale);
+    EXPECT_DOUBLE_EQ(numbers.normal(), v * scale);
+  }
+}
+
 TEST(Random, NormalHasTheMomentsOfANormal) {
   Random r(1);
   const int n = 200000;
@@ -112,6 +175,71 @@ TEST(Text, SuggestsTheNearestNameOrNone) {
   EXPECT_EQ(didYouMean("THIGH", names), " Did you mean \"thigh\"?");
   EXPECT_EQ(didYouMean("thi", names), " Did you mean \"thigh\"?");
   EXPECT_EQ(didYouMean("banana", names), "");
+}
+
+TEST(Text, NearIsAThirdOfTheLengthOrOneEdit) {
+  const auto near = [](const std::string& word, const std::string& name) {
+    const std::vector<std::string> names = {name};
+    return !didYouMean(word, names).empty();
+  };
+  // One edit of each kind: changed, left out, put in, swapped.
+  for (const char* word : {"ab", "xb", "b", "abc", "ba"}) EXPECT_TRUE(near(word, "ab")) << word;
+  for (const char* word : {"xy", "", "abcd", "xa"}) EXPECT_FALSE(near(word, "ab")) << word;
+  EXPECT_TRUE(near("abcxyf", "abcdef"));   // two of six
+  EXPECT_FALSE(near("abcxyz", "abcdef"));  // three
+  EXPECT_TRUE(near("badcef", "abcdef"));   // two swaps
+  EXPECT_FALSE(near("badcfe", "abcdef"));
+  EXPECT_TRUE(near("abc", "abcdefgh"));  // begins it
+  EXPECT_FALSE(near("ab", "abcdefgh"));
+  EXPECT_FALSE(near("bcd", "abcdefgh"));
+  EXPECT_TRUE(near("ABCDEF", "abcdef"));
+  const std::vector<std::string> names = {"abcxyf", "abcdxf", "abcdyf"};
+  EXPECT_EQ(didYouMean("abcdef", names), " Did you mean \"abcdxf\"?");  // nearest, then first
+}
+
+TEST(Text, ANumberIsTheWholeText) {
+  const std::pair<const char*, double> numbers[] = {
+      {"0", 0},    {"-1.5", -1.5},      {"+2e3", 2000},
+      {".5", 0.5}, {"1e999", INFINITY}, {"-inf", -INFINITY}};
+  for (const auto& [text, value] : numbers) EXPECT_EQ(parseNumber(text), value) << text;
+  EXPECT_TRUE(std::isnan(parseNumber("nan").value_or(0)));
+  for (const char* text : {"", " 1", "1 ", "1x", "x", "-", "1,5", "1e"}) {
+    EXPECT_FALSE(parseNumber(text)) << text;
+  }
+}
+
+TEST(Text, JoinsWithSeparators) {
+  const std::vector<std::string> words = {"a", "b c", "d"};
+  EXPECT_EQ(join(words), "a, b c, d");
+  EXPECT_EQ(join(words, ""), "ab cd");
+  EXPECT_EQ(join(std::span(words).first(1)), "a");
+  EXPECT_EQ(join({}), "");
+}
+
+TEST(Diagnostics, AreSortedByPlaceAndSaidOnce) {
+  Diagnostics d("f");
+  EXPECT_NO_THROW(d.throwIfAny());
+  d.add(2, 1, "c");
+  d.add(1, 9, "b");
+  d.add(1, 9, "b");
+  d.add(1, 9, "another");
+  d.add(1, 2, "b");
+  d.add(2, 9, "b");
+  d.add(0, 0, "whole");
+  EXPECT_EQ(messageOf([&] { d.throwIfAny(); }),
+            "f: whole\nf:1:2: b\nf:1:9: b\nf:1:9: another\nf:2:1: c\nf:2:9: b");
+}
+
+TEST(Hash, IsFnv1a) {
+  const auto of = [](std::string_view text) {
+    Hash h;
+    h.add(text);
+    return h.value();
+  };
+  // The published values of these texts.
+  EXPECT_EQ(of(""), 0xcbf29ce484222325u);
+  EXPECT_EQ(of("a"), 0xaf63dc4c8601ec8cu);
+  EXPECT_EQ(of("foobar"), 0x85944171f73967e8u);
 }
 
 TEST(Hash, NoticesOrderAndSign) {
