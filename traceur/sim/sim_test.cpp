@@ -580,6 +580,19 @@ TEST(Model, StandsOnItsLowestPointWhateverItsShape) {
         std::string(shape) + "/></body></worldbody></mujoco>");
     EXPECT_NEAR(model->stateOf({}).q[2], height, 1e-6) << shape;
   }
+  // A mesh by its vertices.
+  const Vector3d corners[] = {{-.1, -.2, -.3}, {.4, -.1, -.2}, {.05, .5, -.25}, {.1, .15, .6}};
+  std::string vertices;
+  double lowest = 0;
+  for (const Vector3d& v : corners) {
+    vertices += fmt::format("{} {} {} ", v.x(), v.y(), v.z());
+    lowest = std::min(lowest, n * v.y() + c * v.z());
+  }
+  const auto model = Model::fromMjcf(
+      "<mujoco><asset><mesh name='m' vertex='" + vertices +
+      "'/></asset><worldbody><body><freejoint/><geom type='mesh' mesh='m' euler='22.9183118 0 0'/>"
+      "</body></worldbody></mujoco>");
+  EXPECT_NEAR(model->stateOf({}).q[2], -lowest, 1e-6);
 }
 
 TEST(Scene, MistakesInPropsAndSurfacesNameThem) {
