@@ -1,9 +1,11 @@
 #include "traceur/bias/bongo_learning.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
+#include <set>
 
 #include "traceur/bias/noisy_plant.h"
 #include "traceur/core/error.h"
@@ -54,6 +56,29 @@ board_friction = 0.8
   EXPECT_EQ(read("").faults.inertia_scale, 1);
 }
 
+TEST_F(BongoMachineFile, EveryFaultHasItsPlaceAndItsBounds) {
+  for (const BongoFaultField& field : bongoFaultFields()) {
+    const auto with = [&](double value) {
+      return fmt::format("[faults]\n{} = {:.17g}\n", field.name, value);
+    };
+    for (const double value :
+         {field.least, field.most, field.least + (field.most - field.least) / 4}) {
+      BongoFaults expected;
+      expected.*field.value = value;
+      const BongoFaults faults = read(with(value)).faults;
+      for (const BongoFaultField& other : bongoFaultFields()) {
+        EXPECT_EQ(faults.*other.value, expected.*other.value) << field.name << " " << other.name;
+      }
+    }
+    EXPECT_NE(messageOf(with(field.least - 0.01)), "") << field.name;
+    EXPECT_NE(messageOf(with(field.most + 0.01)), "") << field.name;
+  }
+  EXPECT_NEAR(read("start_angle = 2").start_angle, 2 * M_PI / 180, 1e-12);
+  EXPECT_EQ(read("start_angle = 0").start_angle, 0);
+  EXPECT_NE(messageOf("start_angle = -0.1"), "");
+  EXPECT_NE(messageOf("start_angle = 5.8"), "");
+}
+
 TEST_F(BongoMachineFile, SaysWhatIsWrongAndWhere) {
   EXPECT_NE(messageOf("[faults]\ndelays = 1\n").find(":2:"), std::string::npos);
   EXPECT_NE(messageOf("[faults]\ndelays = 1\n").find("delay"), std::string::npos);
@@ -67,6 +92,94 @@ TEST(BongoLearning, NamesThatThereAreNotAreRefusedWithThoseThereAre) {
   EXPECT_EQ(bongoSearch("published"), BongoSearch::kPublished);
   EXPECT_THROW(bongoMethod("magic"), InputError);
   EXPECT_THROW(bongoSearch("magic"), InputError);
+}
+
+TEST(BongoLearning, StartsLieWithinTheAngleAndComeInPairs) {
+  BongoLearning o;
+  o.start_angle = 0.03;
+  for (const BongoSearch search : {BongoSearch::kStarts, BongoSearch::kPublished}) {
+    o.search = search;
+    const BiasTask task = bongoTask(o);
+    EXPECT_EQ(task.lower, VectorXd(VectorXd::Constant(5, -10)));
+    EXPECT_EQ(task.upper, VectorXd(VectorXd::Constant(5, 10)));
+    EXPECT_EQ(task.success, 200);
+    EXPECT_EQ(task.most, 200.0 * 5001);
+    ASSERT_EQ(task.starts.size(), search == BongoSearch::kStarts ? 7U : 1U);
+    EXPECT_EQ(task.starts[0], VectorXd(bongoStart(0, 0.25 * M_PI / 180)));
+    std::set<std::pair<double, double>> corners;
+    for (size_t i = 1; i < task.starts.size(); ++i) {
+      const VectorXd& x = task.starts[i];
+      EXPECT_EQ(x.tail(4), VectorXd(VectorXd::Zero(4)));
+      EXPECT_EQ(std::abs(x[0]), std::abs(x[1]));
+      EXPECT_LE(std::abs(x[0]), 0.03);
+      EXPECT_TRUE(corners.insert({x[0], x[1]}).second);
+    }
+    for (const auto& [wheel, board] : corners) EXPECT_TRUE(corners.contains({-wheel, -board}));
+    ASSERT_EQ(task.many_starts.size(), 20U);
+    double most[2] = {0, 0};
+    for (const VectorXd& x : task.many_starts) {
+      for (int i = 0; i < 2; ++i) most[i] = std::max(most[i], std::abs(x[i]));
+      EXPECT_EQ(x.tail(4), VectorXd(VectorXd::Zero(4)));
+    }
+    for (const double angle : most) {
+      EXPECT_LE(angle, 0.03);
+      EXPECT_GT(angle, 0.02);
+    }
+    BongoBoard board;
+    VectorXd parameters(5);
+    parameters << 7.4, 3.1, -2.45, -1.3, 5.45;
+    EXPECT_EQ(task.run(board, parameters, task.starts[0]),
+              balance(board, {}, BalancePolicy::of(parameters), task.starts[0]).cost);
+
+    const BiasLoopOptions loop = bongoLoop(o);
+    EXPECT_EQ(loop.iterations, o.iterations);
+    EXPECT_EQ(loop.runs, o.runs);
+    EXPECT_EQ(loop.warm, search == BongoSearch::kStarts);
+    if (search == BongoSearch::kStarts) {
+      EXPECT_EQ(loop.search.good, 200 + 6 * 200.0 * 5001);
+      EXPECT_EQ(loop.search.success, 200);
+    }
+  }
+}
+
+TEST(BongoLearning, MachinesRunFromWithinTheAngleAndSuccessesAreCounted) {
+  BongoMachine machine;
+  machine.start_angle = 0.004;
+  VectorXd parameters(5);
+  parameters << 7.4, 3.1, -2.45, -1.3, 5.45;
+  double most[2] = {0, 0};
+  for (int number = 0; number < 12; ++number) {
+    const RunLog log = runMachine(machine, {}, VectorXd::Zero(5), 3, number).log;
+    for (int i = 0; i < 2; ++i) most[i] = std::max(most[i], std::abs(log.x(i, 0)));
+  }
+  for (const double angle : most) {
+    EXPECT_LE(angle, 0.004 + 1e-6);
+    EXPECT_GT(angle, 0.002);
+  }
+  EXPECT_EQ(successes(machine, {}, parameters, 4, 1, {}), 4);
+  EXPECT_EQ(successes(machine, {}, VectorXd::Zero(5), 4, 1, {}), 0);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(successes(machine, {}, parameters, 4, 1, stop.get_token()), 0);
+}
+
+TEST(BongoLearning, ScalesAndLengthsAreOfAllInputs) {
+  for (const BongoMethod method : {BongoMethod::kBias, BongoMethod::kPublished}) {
+    const BiasOptions o = bongoBias(method);
+    // Six states, the torque, and what a method adds to them.
+    const auto inputs = static_cast<Eigen::Index>(7 + o.lags.size() + o.directions.size());
+    EXPECT_EQ(inputs, method == BongoMethod::kPublished ? 7 : 10);
+    ASSERT_EQ(o.input_scale.size(), inputs);
+    EXPECT_EQ(o.input_scale.head(3), VectorXd(VectorXd::Ones(3)));
+    EXPECT_EQ(o.input_scale.segment(3, 3), VectorXd(VectorXd::Constant(3, 0.1)));
+    EXPECT_EQ(o.kernel.lengths, VectorXd(VectorXd::Ones(inputs)));
+    EXPECT_EQ(o.kernel.signal, 1);
+    EXPECT_DOUBLE_EQ(o.kernel.noise, std::exp(-2));
+    EXPECT_EQ(o.output_scale.head(3).isZero(), method == BongoMethod::kBias);
+    EXPECT_EQ(o.outlier, 1);
+    for (const VectorXd& lengths : o.other_lengths) EXPECT_EQ(lengths.size(), inputs);
+  }
+  EXPECT_EQ(bongoBias(BongoMethod::kPublished).average, 1);
 }
 
 TEST(BongoLearning, ACostCanBeToldFromALogAlone) {
