@@ -1327,6 +1327,61 @@ TEST(StandardFigures, JointsInPairs) {
   EXPECT_EQ(panel.marks[2].label, "land");
 }
 
+/// A recording of one frame of a body with these joints.
+sim::Recording withJoints(const std::vector<std::string>& joints) {
+  sim::Recording r;
+  r.mjcf = "<mujoco><worldbody><body><freejoint/><geom size='.1'/>";
+  for (const std::string& joint : joints) {
+    r.mjcf += "<body><joint name='" + joint + "'/><geom size='.1'/></body>";
+  }
+  r.mjcf += "</body></worldbody></mujoco>";
+  const auto model = sim::Model::fromMjcf(r.mjcf);
+  sim::Frame& f = r.frames.emplace_back();
+  f.state = model->initialState();
+  for (const sim::Joint& j : model->joints()) f.state.q[j.q] = 0.01 * j.q;
+  return r;
+}
+
+TEST(StandardFigures, MoreJointsStandInMoreColumns) {
+  const auto figure = [](int n) {
+    std::vector<std::string> joints;
+    for (int i = 0; i < n; ++i) joints.push_back("joint" + std::to_string(i));
+    const Figure f = jointFigure(withJoints(joints));
+    EXPECT_EQ(static_cast<int>(f.panels.size()), std::max(n, 1));
+    return std::array{f.columns, f.width, f.panel_height};
+  };
+  for (const int n : {0, 1, 3}) EXPECT_EQ(figure(n), (std::array{1, 900, 240})) << n;
+  for (const int n : {4, 12}) EXPECT_EQ(figure(n), (std::array{2, 900, 180})) << n;
+  for (const int n : {13, 20}) EXPECT_EQ(figure(n), (std::array{3, 1350, 180})) << n;
+}
+
+TEST(StandardFigures, SidesAreToldByEveryHabit) {
+  const auto panels = [](const std::vector<std::string>& joints) {
+    std::vector<std::string> titles;
+    for (const Panel& p : jointFigure(withJoints(joints)).panels) {
+      titles.push_back(p.title + (p.series.size() == 2 ? "+" : ""));
+    }
+    return titles;
+  };
+  for (const auto& [left, right] :
+       {std::pair("left_hip", "right_hip"), std::pair("Lefthip", "Righthip"),
+        std::pair("left-hip", "right-hip"), std::pair("l_hip", "r_hip"),
+        std::pair("L_hip", "R_hip"), std::pair("l-hip", "r-hip"),
+        std::pair("hip_left", "hip_right"), std::pair("hipLeft", "hipRight"),
+        std::pair("hip-left", "hip-right"), std::pair("hip_l", "hip_r"),
+        std::pair("hip_L", "hip_R"), std::pair("hip-l", "hip-r")}) {
+    EXPECT_EQ(panels({"neck", right, left}), std::vector<std::string>({"hip+", "neck"})) << left;
+    const Panel pair = jointFigure(withJoints({right, left})).panels[0];
+    EXPECT_EQ(pair.series[0].label + pair.series[1].label, "rightleft");
+    EXPECT_NE(pair.series[0].color, pair.series[1].color);
+    EXPECT_EQ(pair.series[0].style, Style::kDashed);
+    EXPECT_EQ(pair.series[1].style, Style::kLine);
+    EXPECT_NEAR(pair.series[1].y[0] - pair.series[0].y[0], 0.01, 1e-12);
+  }
+  EXPECT_EQ(panels({"l_hip", "l_knee"}), std::vector<std::string>({"l_hip", "l_knee"}));
+  EXPECT_EQ(panels({"larm", "rarm"}), std::vector<std::string>({"larm", "rarm"}));
+}
+
 TEST(StandardFigures, CentreOfMassAndContacts) {
   const Folder folder;
   const Figure com = comFigure(jump());
