@@ -285,6 +285,24 @@ TEST_F(TableFile, RefusesForeignFilesByLine) {
   EXPECT_THROW(Results::read(table, dir / "none.csv"), SystemError);
 }
 
+TEST(Tables, TheFallsOfFigure22GoForwardAndDown) {
+  const Table& t = findTable("figure-22");
+  for (int row = 0; row < static_cast<int>(t.rows.size()); ++row) {
+    for (const int column : {0, 1}) {
+      SCOPED_TRACE(fmt::format("{} {}", t.rows[row].name, t.columns[column].name));
+      const std::vector<Point> path = t.printed_points(row, column);
+      ASSERT_GE(path.size(), 5U);
+      const double length = std::hypot(path.back().x - path[0].x, path.back().y - path[0].y);
+      for (size_t i = 1; i < path.size(); ++i) {
+        EXPECT_GT(path[i].x, path[i - 1].x) << i;
+        EXPECT_LT(path[i].y, path[i - 1].y + 0.05 * length) << i;
+        const double step = std::hypot(path[i].x - path[i - 1].x, path[i].y - path[i - 1].y);
+        EXPECT_LT(step, 0.35 * length) << i;
+      }
+    }
+  }
+}
+
 TEST(Tables, AreWholeAndPure) {
   for (const Table& t : allTables()) {
     SCOPED_TRACE(t.name);
