@@ -318,9 +318,7 @@ TEST(Minimise, EndsWhenAllOfTheFirstTrialsBreakDown) {
     } catch (const InputError& e) {
       EXPECT_STREQ(e.what(), "no such file\n  none of the first 10 trials could be run");
     }
-    if (threads == 1) {
-      EXPECT_EQ(asked.size(), 10U);
-    }
+    EXPECT_LE(asked.size(), threads == 1 ? 10U : 16U);  // λ = 8
   }
   // One of them could: the others are to be failed ones.
   std::atomic<int> trials = 0;
