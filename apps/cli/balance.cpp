@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -344,7 +345,9 @@ int fit(const Arguments& a) {
   print("{} logs, {} samples\n", logs.size(), train.size() + test.size());
   if (explained.size() > 0) {
     print("explained of a third held out, R2 by component:");
-    for (const double r : explained) print(" {:.3f}", r);
+    for (const double r : explained) {
+      print(" {}", std::isfinite(r) ? fmt::format("{:.3f}", r) : "-");
+    }
     print("\nnoise of the readings, standard deviations: {:.2g} rad, {:.2g} rad/s\n",
           std::sqrt(noise.head<3>().mean()), std::sqrt(noise.tail<3>().mean()));
   }

@@ -264,7 +264,11 @@ VectorXd explained(const DynamicsBias& bias, const std::vector<BiasSample>& samp
     whole += VectorXd(s.difference(learned)).cwiseAbs2();
     left += VectorXd((s.difference - g)(learned)).cwiseAbs2();
   }
-  return VectorXd::Ones(whole.size()) - left.cwiseQuotient(whole);
+  VectorXd share(whole.size());
+  for (Eigen::Index i = 0; i < whole.size(); ++i) {
+    share[i] = whole[i] > 0 && std::isfinite(whole[i]) ? 1 - left[i] / whole[i] : NAN;
+  }
+  return share;
 }
 
 CorrectedPlant::CorrectedPlant(std::unique_ptr<Plant> model,

@@ -133,7 +133,7 @@ class DynamicsBias {
 };
 
 /// How much of the differences' variance a bias explains, R² of each component that is learned,
-/// in their order: 1 - Σ(Δ - g)² / ΣΔ². Measured against no correction at all, not against a mean.
+/// in their order: 1 - Σ(Δ - g)² / ΣΔ², NaN where ΣΔ² is 0. Against no correction, not a mean.
 VectorXd explained(const DynamicsBias& bias, const std::vector<BiasSample>& samples);
 
 /// A model with its bias: x_{t+1} = f(x_t, u_t) + g(x_t, u_t) [Ha2015, Eq. 50], or that of its

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,10 @@ namespace {
 
 constexpr const char* kFormat = "traceur log";
 constexpr int kVersion = 1;
+/// More columns beside ours are a file of another kind.
+constexpr std::ptrdiff_t kMostColumns = 1000;
+/// What some editors and spreadsheets put before a text, to say that it is UTF-8.
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 /// States, then inputs.
 std::vector<LogFormat::Column> columnsOf(const LogFormat& format) {
@@ -69,7 +74,7 @@ RunLog readLog(const std::filesystem::path& file, const LogFormat& format) {
   const auto fail = [&](const std::string& what) {
     throw InputError(fmt::format("{}:{}: {}", file.string(), number, what));
   };
-  size_t from = 0;
+  size_t from = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
   const auto next = [&]() -> std::optional<std::string> {
     if (from >= text.size()) return std::nullopt;
     const size_t to = std::min(text.find('\n', from), text.size());
@@ -113,10 +118,22 @@ RunLog readLog(const std::filesystem::path& file, const LogFormat& format) {
     fail(fmt::format("the first line is not the header of a log: {}", e.what()));
   }
 
-  const std::vector<std::string> names = split(next().value_or(""), ',');
+  // Counted before it is taken apart, so that a line of millions costs nothing.
+  const auto columns = [](const std::string& line) {
+    return std::count(line.begin(), line.end(), ',') + 1;
+  };
+  const std::string heads = next().value_or("");
+  if (heads.empty()) fail("expected a line with the names of the columns after the first");
+  if (columns(heads) > kMostColumns) {
+    fail(fmt::format("{} columns: expected {} at most", columns(heads), kMostColumns));
+  }
+  const std::vector<std::string> names = split(heads, ',');
   const auto place = [&](const std::string& name) {
     const auto at = std::find(names.begin(), names.end(), name);
     if (at == names.end()) fail(fmt::format("no column \"{}\".{}", name, didYouMean(name, names)));
+    if (std::find(at + 1, names.end(), name) != names.end()) {
+      fail(fmt::format("two columns \"{}\": which one counts?", name));
+    }
     return static_cast<size_t>(at - names.begin());
   };
   const size_t time = place("time");
@@ -131,6 +148,9 @@ RunLog readLog(const std::filesystem::path& file, const LogFormat& format) {
   while (const std::optional<std::string> line = next()) {
     if (line->empty()) continue;
     if (ended) fail("a row after one without an input, which only the last may be");
+    if (columns(*line) > columns(heads)) {
+      fail(fmt::format("{} cells, expected {} as the columns", columns(*line), columns(heads)));
+    }
     // split() drops an empty last field: the last reading's input.
     const std::vector<std::string> fields = split(*line, ',');
     const auto field = [&](size_t at) { return at < fields.size() ? fields[at] : std::string(); };

@@ -37,8 +37,11 @@ LogFormat bongoLogFormat();
 void writeLog(const std::filesystem::path& file, const RunLog& log, const LogFormat& format);
 
 /// Reads what writeLog writes; columns may come in any order, and others beside them are ignored.
+/// A byte order mark before the first line and carriage returns at the ends of lines are no part of
+/// them.
 /// @throws InputError naming file, line and column: for another format, version or plant, a column
-///         that is missing or in another unit, what is not a finite number, rows that do not follow
+///         that is missing, there twice or in another unit, more than 1000 columns, a row of more
+///         cells than columns, what is not a finite number, rows that do not follow
 ///         each other by time_step (to a hundredth of it), and fewer than two of them
 RunLog readLog(const std::filesystem::path& file, const LogFormat& format);
 

@@ -68,6 +68,19 @@ TEST_F(LogFile, MayHaveOtherColumnsInAnyOrderAndAnInputToTheLastReading) {
   EXPECT_EQ(log.x(0, 1), 4);
 }
 
+TEST_F(LogFile, MayBeginWithAByteOrderMark) {
+  std::ofstream(dir_ / "marked.csv") << "\xEF\xBB\xBF" << text(good());
+  EXPECT_EQ(readLog(dir_ / "marked.csv", bongoLogFormat()).x, log_.x);
+}
+
+TEST_F(LogFile, RefusesFilesOfOneLine) {
+  const std::string header = text(good()).substr(0, text(good()).find('\n'));
+  for (const std::string& only : {header, header + "\n", std::string(), std::string("\n")}) {
+    std::ofstream(dir_ / "one.csv") << only;
+    EXPECT_THROW(readLog(dir_ / "one.csv", bongoLogFormat()), InputError) << only;
+  }
+}
+
 TEST_F(LogFile, RefusesWhatIsWrongByLineAndColumn) {
   const auto says = [&](const std::string& from, const std::string& to, const std::string& words) {
     const std::string said = complaint(from, to);
@@ -81,6 +94,14 @@ TEST_F(LogFile, RefusesWhatIsWrongByLineAndColumn) {
   says("time,wheel,", "time,wheels,", "no column \"wheel\"");
   says("# {", "{", "bad.csv:1");
   says("\n0.001,", "\n0.001,nan", "finite number");
+  says("\n0.001,", "\n0.001,inf", "finite number");
+  says("\n0.001,", "\n0.001,1e999", "finite number");
+  says("\n0.001,", "\n0.001,,", "cells, expected 8");
+  says("board,", "wheel,", "two columns \"wheel\"");
+  says("time,wheel", "time,time,wheel", "two columns \"time\"");
+  says("time,wheel", "\ntime,wheel", "names of the columns");
+  says("time,wheel", "time,wheel" + std::string(2'000'000, ','), "columns: expected 1000 at most");
+  says("\n0.001,", "\n0.001," + std::string(2'000'000, ','), "cells, expected 8");
   says("\n0.002,", "\n0.0005,", "expected a step of 0.001 s");
   says("\n0.002,", "\n0.003,", "expected a step of 0.001 s");
   EXPECT_NE(complaint("\n0.002,", "\n0.0005,").find("bad.csv:5"), std::string::npos);
