@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
@@ -63,9 +65,27 @@ std::string optimisersHelp() {
 
 CLI::Validator isSeed() {
   return {[](const std::string& text) {
-            return text.starts_with('-') ? fmt::format("expected a number >= 0, got {}", text) : "";
+            std::uint64_t seed = 0;
+            const char* end = text.data() + text.size();
+            const auto read = std::from_chars(text.data(), end, seed);
+            const bool octal = text.size() > 1 && text.front() == '0';
+            if (read.ec == std::errc() && read.ptr == end && !octal) return std::string();
+            return fmt::format("expected a number in [0, {}], got {}", UINT64_MAX, text);
           },
           ""};
+}
+
+void requireFiniteNumbers(CLI::App& program) {
+  const auto finite = [](const std::string& text) {
+    const std::optional<double> value = parseNumber(text);
+    return !value || std::isfinite(*value)  // no number at all is refused where it is read
+               ? std::string()
+               : fmt::format("expected a finite number, got {}", text);
+  };
+  for (CLI::Option* option : program.get_options()) {
+    if (option->get_type_name().starts_with("FLOAT")) option->check(CLI::Validator(finite, ""));
+  }
+  for (CLI::App* verb : program.get_subcommands({})) requireFiniteNumbers(*verb);
 }
 
 }  // namespace traceur::cli

@@ -25,7 +25,11 @@ int controlPointsOf(const std::string& curve, int tasks);
 /// What --optimiser may be, a line each, for the end of a verb's help.
 std::string optimisersHelp();
 
-/// Refuses "-1", which would be read as 2^64 - 1.
+/// Refuses all but digits that are a 64-bit number: "-1", " -1" and 2^64 would be read as 2^64 - 1.
 CLI::Validator isSeed();
+
+/// Has all options of this program and its verbs that are numbers refuse "nan", "inf" and what is
+/// too large for a number, by their names.
+void requireFiniteNumbers(CLI::App& program);
 
 }  // namespace traceur::cli

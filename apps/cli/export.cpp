@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/csv.h"
 #include "apps/cli/family_run.h"
 #include "apps/cli/output.h"
@@ -47,7 +48,7 @@ Learned learnedFrom(const RunFile& run, const Arguments& a) {
   if (!run.meta("skill_text")) throw InputError(where + ": not a run of traceur learn");
   Learned l;
   l.skill = skillOf(run);
-  l.task = std::stod(required(run, "task"));
+  l.task = toNumber(required(run, "task"), where + ": task");
   if (a.task && *a.task != l.task) {
     throw InputError(fmt::format("--task {}: {} was learned for {} {} alone", *a.task, where,
                                  l.task, l.skill->task.unit));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/cli/arguments.h"
 #include "apps/cli/output.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
@@ -56,6 +57,7 @@ int run(int argc, char** argv) {
   program.get_formatter()->column_width(28);
   int exit_code = kDone;
   for (const AddVerb add : allVerbs()) add(program, exit_code);
+  requireFiniteNumbers(program);
 
   if (argc > 1 && argv[1][0] != '-') {
     std::vector<std::string> names;

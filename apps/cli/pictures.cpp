@@ -109,18 +109,21 @@ int renderRun(const RenderArguments& a) {
 
 /// Of the best curve, not of single trials: each is for all tasks and suits few.
 /// @param costs  as search() writes them: "64:0.31 96:0.12"
-render::CostHistory familyHistory(const std::string& costs) {
+/// @param where  begins the message
+render::CostHistory familyHistory(const std::string& costs, const std::string& where) {
   render::CostHistory history;
   for (const std::string& point : split(costs, ' ')) {
     const size_t colon = point.find(':');
-    history.evaluations.push_back(toNumber(point.substr(0, colon), "family_costs"));
-    history.best.push_back(toNumber(point.substr(colon + 1), "family_costs"));
+    history.evaluations.push_back(toNumber(point.substr(0, colon), where));
+    history.best.push_back(toNumber(point.substr(colon + 1), where));
   }
   return history;
 }
 
 render::CostHistory historyOf(const RunFile& run) {
-  if (const auto costs = run.meta("family_costs")) return familyHistory(*costs);
+  if (const auto costs = run.meta("family_costs")) {
+    return familyHistory(*costs, run.path().string() + ": family_costs");
+  }
   std::vector<render::CostTrial> trials;
   for (const TrialRow& row : run.trials()) {
     trials.push_back({row.cost, !row.violated.empty(), row.failed});

@@ -75,7 +75,7 @@ void requireSameOptions(const RunFile& run, const RunFile::Meta& asked) {
     if (stored == value) continue;
     const std::string where = run.path().string();
     if (key == "budget") {
-      if (std::stol(value) >= std::stol(stored)) continue;
+      if (toNumber(value, "budget") >= toNumber(stored, where + ": budget")) continue;
       throw InputError(
           fmt::format("{}: budget {} is less than the {} it began with", where, value, stored));
     }

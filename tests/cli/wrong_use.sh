@@ -79,6 +79,9 @@ fi
 expect 2 'b.run' 'exists already' '--resume' -- learn "$nod" --budget 32 --out "$dir/b.run"
 expect 2 'another seed' 'it has 1, got 2' -- learn "$nod" --budget 32 --out "$dir/b.run" --resume --seed 2
 expect 2 'another task' -- learn "$nod" --budget 32 --out "$dir/b.run" --resume --task 0.2
+cp "$dir/b.run" "$dir/x.run"
+python3 -c 'import sqlite3, sys; d = sqlite3.connect(sys.argv[1]); d.execute("update meta set value = ? where key = ?", ("x", "budget")); d.commit()' "$dir/x.run"
+expect 2 'x.run: budget: "x" is not a number' -- learn "$nod" --budget 64 --out "$dir/x.run" --resume
 expect 2 'budget 16 is less' -- learn "$nod" --budget 16 --out "$dir/b.run" --resume
 sed 's/horizon = 0.1/horizon = 0.2/' "$nod" >"$dir/changed.toml"
 expect 2 'has changed since' -- learn "$dir/changed.toml" --budget 32 --out "$dir/b.run" --resume
@@ -109,7 +112,17 @@ expect 2 'expected a number, got none' -- perform "$dir/k.run" --task ""
   { echo "perform: began before it had checked every task"; failures=$((failures + 1)); }
 expect 2 'a family: expected --task' -- render "$dir/k.run" "$dir/k.png"
 expect 2 'not a family' -- render "$dir/b.run" "$dir/b.png" --task 0.5
-expect 2 'expected a number >= 0, got -1' -- learn "$nod" --seed -1 --out "$dir/none.run"
+expect 2 '--seed' 'got 18446744073709551616' -- learn "$nod" --seed 18446744073709551616 --out "$dir/none.run"
+expect 2 '--seed' 'got 0x10' -- learn "$nod" --seed 0x10 --out "$dir/none.run"
+expect 2 '--budget' -- learn "$nod" --budget 4294967296 --out "$dir/none.run"
+for number in nan inf -inf 1e999; do  # of every verb, by name
+  expect 2 '--push' "got $number" -- fall --robot bioloid-gp --push=$number
+  expect 2 '--step-size' "got $number" -- learn "$nod" --step-size=$number --out "$dir/none.run"
+  expect 2 '--target' "got $number" -- minimise --var x=0:1 --target=$number -- false
+  expect 2 '--angle' "got $number" -- balance fit --angle=$number
+  expect 2 '--speed' "got $number" -- render "$dir/none.run" "$dir/a.mp4" --speed=$number
+done
+expect 2 'expected a number in [0, 18446744073709551615], got -1' -- learn "$nod" --seed -1 --out "$dir/none.run"
 sed '/^range = /d; /^default = /d' "$nod" >"$dir/no-range.toml"
 expect 2 'no [task] with a range' -- learn "$dir/no-range.toml" --tasks 0:1:3 --out "$dir/none.run"
 sed 's/- task/- 0.5/' "$nod" >"$dir/no-task.toml"
