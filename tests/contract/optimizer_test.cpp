@@ -369,6 +369,42 @@ TEST_P(OptimizerContract, CopesWithWhatTrialsMaySay) {
   }
 }
 
+TEST_P(OptimizerContract, MinusInfinityIsNoCost) {
+  // A logarithm of 0 beside the best answer: whoever believed it would end there.
+  const FunctionProblem plain =
+      boxed(2, [](const VectorXd& x) { return x[0] > 1 ? -kInf : x[0] * x[0] + x[1] * x[1]; });
+  const Problem& problem = suited(plain);
+  const auto optimizer = make(problem, {.x0 = VectorXd::Constant(2, 1.05)});
+  const Summary s = minimise(problem, *optimizer, {.budget = 3000, .target = 1e-3});
+  EXPECT_EQ(s.end, End::kTarget);
+  EXPECT_TRUE(std::isfinite(s.stop.value));
+  ASSERT_TRUE(s.progress.best);
+  EXPECT_TRUE(std::isfinite(s.progress.best->evaluation.cost));
+  EXPECT_GT(s.progress.failed, 0);
+}
+
+TEST_P(OptimizerContract, MinusInfinityOfOneTaskLeavesTheOthers) {
+  if (!GetParam().family) GTEST_SKIP() << "single trials";
+  class OneTask : public WithTasks {
+   public:
+    using WithTasks::WithTasks;
+    Evaluation evaluate(const VectorXd& x) const override {
+      Evaluation e = WithTasks::evaluate(x);
+      if (x[1] > 0.5) e.task_costs[1] = e.cost = -kInf;
+      return e;
+    }
+  };
+  const FunctionProblem plain = boxed(2, sphere);
+  const OneTask problem(plain);
+  const auto optimizer = make(problem);
+  const Summary s = minimise(problem, *optimizer, {.budget = 6000, .target = 1e-3});
+  EXPECT_EQ(s.end, End::kTarget);
+  EXPECT_EQ(s.progress.failed, 0) << "it says something of two tasks";
+  const auto best = dynamic_cast<const FamilyOptimizer&>(*optimizer).best();
+  ASSERT_TRUE(best);
+  for (const double cost : best->task_costs) EXPECT_TRUE(std::isfinite(cost));
+}
+
 TEST_P(OptimizerContract, AFamilyReachesATargetWithACurveNotWithATrial) {
   if (!GetParam().family) GTEST_SKIP() << "single trials";
   const FunctionProblem plain = boxed(3, sphere);

@@ -27,7 +27,8 @@ class Trials {
   double operator()(const VectorXd& x) {
     ++found_.trials;
     const double c = cost_(x);
-    if (std::isnan(c)) return std::numeric_limits<double>::infinity();
+    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    if (!(c > -kInfinity)) return kInfinity;  // NaN too
     if (c < found_.cost || found_.parameters.size() == 0) {
       found_.cost = c;
       found_.parameters = x;

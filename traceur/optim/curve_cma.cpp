@@ -9,6 +9,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
+#include "traceur/optim/cost.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
 #include "traceur/optim/task_positions.h"
@@ -26,6 +27,8 @@ const double kGrowth = std::exp(1.0 / 3);
 /// A fit that moves the control points by less than this, in units of scale, has found nothing new:
 /// the 1e-10 of the dissertation's runs.
 constexpr double kUnmoved = 1e-10;
+/// Costs beyond this are added up in smaller units: some thousands of tasks' would overflow.
+constexpr double kHugeCost = 1e300;
 /// A typing error rather than a number of samples, elites or groups.
 constexpr int kMany = 1'000'000;
 
@@ -55,10 +58,6 @@ CurveCmaOptions complete(CurveCmaOptions o) {
     refuse("expected a finite failure_exponent > 0, got {}", o.failure_exponent);
   }
   return o;
-}
-
-bool meaningful(double cost) {
-  return cost < kInfinity;  // false for NaN too
 }
 
 }  // namespace
@@ -191,7 +190,7 @@ void CurveCma::update() {
 void CurveCma::remember(int candidate) {
   for (int i = 0; i < taskCount(); ++i) {
     const double cost = costs_(i, candidate);
-    if (!meaningful(cost)) continue;
+    if (!isCost(cost)) continue;
     auto& elites = state_.elites[i];
     const auto place = std::upper_bound(elites.begin(), elites.end(), cost,
                                         [](double c, const auto& elite) { return c < elite.cost; });
@@ -204,8 +203,8 @@ void CurveCma::learnCurve() {
   CurveCmaState& s = state_;
   const VectorXd task_costs = costs_.diagonal();
   double cost = kInfinity;
-  if (std::all_of(task_costs.begin(), task_costs.end(), meaningful)) cost = task_costs.mean();
-  if (!meaningful(cost)) cost = kInfinity;
+  if (std::all_of(task_costs.begin(), task_costs.end(), isCost)) cost = meanCost(task_costs);
+  if (!isCost(cost)) cost = kInfinity;
   s.measuring = false;
 
   const bool first = !s.measured;
@@ -262,16 +261,22 @@ MatrixXd CurveCma::bestGroup() const {
   MatrixXd group(n(), taskCount());
   MatrixXd best(n(), taskCount());
   double least = kInfinity;
+  // A part of huge costs so small that their sum cannot overflow; all of others, to the bit.
+  double largest = 0;
+  for (const auto& elites : state_.elites) {
+    for (const auto& elite : elites) largest = std::max(largest, std::abs(elite.cost));
+  }
+  const double part = largest < kHugeCost ? 1 : 0x1p-64;
   for (int g = 0; g < options_.groups; ++g) {
     double cost = 0;
     for (int i = 0; i < taskCount(); ++i) {
       const auto& elites = state_.elites[i];
       const bool top = g == 0 && options_.best_group_first;
       const auto& elite = elites[top ? 0 : random.below(elites.size())];
-      cost += elite.cost;
+      cost += part * elite.cost;
       group.col(i) = elite.x;
     }
-    cost += options_.alpha * fitError(group);
+    cost += part * (options_.alpha * fitError(group));
     if (g == 0 || cost < least) {
       best = group;
       least = cost;
@@ -324,7 +329,7 @@ void CurveCma::findStop() {
 }
 
 std::optional<Family> CurveCma::best() const {
-  if (!meaningful(state_.cost)) return std::nullopt;
+  if (!isCost(state_.cost)) return std::nullopt;
   Family family;
   family.curve.points = state_.points;
   family.cost = state_.cost;

@@ -7,6 +7,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
 #include "traceur/optim/contextual_cma.h"
+#include "traceur/optim/cost.h"
 #include "traceur/optim/curve_cma.h"
 #include "traceur/optim/family_baselines.h"
 
@@ -39,7 +40,7 @@ std::vector<double> costsOfTasks(std::string_view who, const Evaluation& evaluat
   }
   for (int i = 0; i < tasks; ++i) {
     const double cost = evaluation.task_costs[i];
-    if (cost < std::numeric_limits<double>::infinity()) costs[i] = cost;  // neither NaN nor +∞
+    if (isCost(cost)) costs[i] = cost;
   }
   return costs;
 }

@@ -8,6 +8,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
+#include "traceur/optim/cost.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
 #include "traceur/optim/task_positions.h"
@@ -153,7 +154,7 @@ void PhiCma::update() {
   for (size_t k = 0; k < curves.size(); ++k) {
     VectorXd costs(taskCount());
     for (int i = 0; i < taskCount(); ++i) costs[i] = *told_[k * taskCount() + i];
-    const Evaluation evaluation{.cost = costs.mean()};  // NaN if one is
+    const Evaluation evaluation{.cost = meanCost(costs)};  // NaN if one is
     if (evaluation.meaningful() && (!best_ || evaluation.cost < best_->cost)) {
       best_.emplace();
       best_->curve.points = curves[k].x.reshaped(n_, curves[k].x.size() / n_);
@@ -326,7 +327,9 @@ void IndividualCma::join() {
     family.task_costs.push_back(searches_[i].cost);
     sum += searches_[i].cost;
   }
-  family.cost = sum / taskCount();
+  family.cost = isCost(sum)
+                    ? sum / taskCount()
+                    : meanCost(Eigen::Map<const VectorXd>(family.task_costs.data(), taskCount()));
   if (!best_ || family.cost < best_->cost) best_ = std::move(family);
 }
 

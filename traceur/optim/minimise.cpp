@@ -8,6 +8,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/thread_pool.h"
+#include "traceur/optim/cost.h"
 
 namespace traceur::optim {
 namespace {
@@ -142,9 +143,7 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
       Evaluation& e = trial.evaluation;
       if (!e.meaningful()) {
         // Of several tasks, what it says of one may still count.
-        e.failed = e.failed || std::none_of(e.task_costs.begin(), e.task_costs.end(), [](double c) {
-                     return c < std::numeric_limits<double>::infinity();
-                   });
+        e.failed = e.failed || std::none_of(e.task_costs.begin(), e.task_costs.end(), isCost);
         e.cost = std::numeric_limits<double>::infinity();
       }
       ++run;

@@ -383,10 +383,23 @@ TEST(Minimise, RefusesWrongInputWithOneClearMessage) {
   EXPECT_EQ(cma.state().generation, 0);
 }
 
-TEST(Minimise, AnInfinitelyGoodTrialIsTheTarget) {
-  const Scripted log([](const VectorXd&) { return Evaluation{.cost = -kInf}; });
+TEST(Minimise, AnInfinitelyGoodTrialHasFailed) {
+  const Scripted log(
+      [](const VectorXd& x) { return Evaluation{.cost = x[0] > 1 ? -kInf : sphere(x)}; });
   CmaEs cma = sphereSearch();
-  EXPECT_EQ(minimise(log, cma, {}).end, End::kTarget);
+  std::vector<Trial> infinite;
+  const auto keep = [&](const Generation& g) {
+    for (const Trial& t : g.trials) {
+      if (t.x[0] > 1) infinite.push_back(t);
+    }
+  };
+  const Summary s = minimise(log, cma, {.budget = 60, .on_generation = keep});
+  EXPECT_EQ(s.end, End::kBudget);
+  ASSERT_FALSE(infinite.empty());
+  EXPECT_EQ(s.progress.failed, static_cast<int>(infinite.size()));
+  for (const Trial& t : infinite) EXPECT_EQ(t.evaluation.cost, kInf);
+  ASSERT_TRUE(s.progress.best);
+  EXPECT_LE(s.progress.best->x[0], 1);
 }
 
 }  // namespace

@@ -6,11 +6,12 @@
 #include <cmath>
 
 #include "traceur/core/error.h"
+#include "traceur/optim/cost.h"
 
 namespace traceur::optim {
 
 bool Evaluation::meaningful() const {
-  return !failed && cost < std::numeric_limits<double>::infinity();  // false for NaN too
+  return !failed && isCost(cost);
 }
 
 bool Evaluation::feasible() const {

@@ -17,10 +17,10 @@ struct Evaluation {
   std::vector<bool> violated = {};  ///< per Problem::constraints(); empty: none violated
   bool failed = false;  ///< the trial gave no meaningful cost (diverged, NaN): ranks last
   /// (M) the trial's cost for each of Problem::tasks(), and cost is their mean; empty for a problem
-  /// without tasks. NaN or +∞: the trial says nothing about that task, though it may about others.
+  /// without tasks. Not finite: the trial says nothing about that task, though it may about others.
   std::vector<double> task_costs = {};
 
-  /// Not failed, and the cost is neither NaN nor +∞.
+  /// Not failed, and the cost is finite (isCost).
   bool meaningful() const;
   /// Meaningful, and no constraint is violated.
   bool feasible() const;
@@ -33,7 +33,7 @@ bool better(const Evaluation& a, const Evaluation& b);
 /// A point and what trying it said.
 struct Trial {
   VectorXd x;             ///< (n)
-  Evaluation evaluation;  ///< from minimise(): a cost that was NaN or +∞ reads +∞, failed is set
+  Evaluation evaluation;  ///< from minimise(): a cost that was not finite reads +∞, failed is set
 };
 
 /// A function to minimise inside a box. Implementations are called from several threads at once.

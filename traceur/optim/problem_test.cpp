@@ -14,8 +14,8 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 
 TEST(Evaluation, IsMeaningfulOnlyWithACost) {
   EXPECT_TRUE((Evaluation{.cost = 1}).meaningful());
-  EXPECT_TRUE((Evaluation{.cost = -kInf}).meaningful());
   EXPECT_FALSE(Evaluation{}.meaningful());
+  EXPECT_FALSE((Evaluation{.cost = -kInf}).meaningful());
   EXPECT_FALSE((Evaluation{.cost = NAN}).meaningful());
   EXPECT_FALSE((Evaluation{.cost = 1, .failed = true}).meaningful());
 }
@@ -29,15 +29,18 @@ TEST(Evaluation, IsFeasibleOnlyIfNothingIsViolated) {
 
 TEST(Evaluation, OrderIsAStrictWeakOneForAllKindsOfCosts) {
   const std::vector<Evaluation> best_first = {
-      {.cost = -kInf},
+      {.cost = -1e308},
       {.cost = -1},
       {.cost = 1e300},
-      {.cost = -kInf, .violated = {true}},
+      {.cost = -1e308, .violated = {true}},
       {.cost = -5, .violated = {true, true}},
       {.cost = 7, .violated = {false, true}},
   };
-  const std::vector<Evaluation> failed = {
-      {}, {.cost = NAN}, {.cost = -1, .failed = true}, {.cost = NAN, .violated = {true}}};
+  const std::vector<Evaluation> failed = {{},
+                                          {.cost = NAN},
+                                          {.cost = -kInf},
+                                          {.cost = -1, .failed = true},
+                                          {.cost = NAN, .violated = {true}}};
   for (size_t i = 0; i < best_first.size(); ++i) {
     for (size_t j = 0; j < best_first.size(); ++j) {
       EXPECT_EQ(better(best_first[i], best_first[j]), i < j) << i << " " << j;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "traceur/core/error.h"
+#include "traceur/optim/cost.h"
 
 namespace traceur::skill {
 
@@ -63,7 +64,7 @@ optim::Evaluation SkillProblem::evaluate(const VectorXd& x) const {
   if (tasks_.size() > 0 && !rollout.diverged) {
     for (const double task : tasks_) evaluation.task_costs.push_back(runner.costOf(task));
     evaluation.cost =
-        Eigen::Map<const VectorXd>(evaluation.task_costs.data(), tasks_.size()).mean();
+        optim::meanCost(Eigen::Map<const VectorXd>(evaluation.task_costs.data(), tasks_.size()));
   }
   lock.lock();
   idle_.push_back(std::move(runner));
