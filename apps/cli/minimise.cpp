@@ -61,7 +61,8 @@ ParamSpec toVariable(const std::string& text) {
   if (!(p.min < p.max))
     throw InputError(fmt::format("{}: {} is not below {}", where, p.min, p.max));
   p.initial = parts.size() == 3                              ? toNumber(parts[2], where)
-              : std::isfinite(p.min) && std::isfinite(p.max) ? p.min + (p.max - p.min) / 2
+              : std::isfinite(p.max - p.min)                 ? p.min + (p.max - p.min) / 2
+              : std::isfinite(p.min) && std::isfinite(p.max) ? p.min / 2 + p.max / 2
               : std::isfinite(p.min)                         ? p.min + 1
               : std::isfinite(p.max)                         ? p.max - 1
                                                              : 0;

@@ -405,6 +405,53 @@ TEST_P(OptimizerContract, MinusInfinityOfOneTaskLeavesTheOthers) {
   for (const double cost : best->task_costs) EXPECT_TRUE(std::isfinite(cost));
 }
 
+TEST_P(OptimizerContract, BoxesMayBeAsWideAsNumbersAre) {
+  static constexpr double kMax = std::numeric_limits<double>::max();
+  struct Box {
+    double lower, upper;
+  };
+  const Box boxes[] = {{-1e300, 1e300}, {-kMax, kMax},   {-1.7e308, 1.7e308}, {0, kMax},
+                       {-1e308, 1},     {1e300, 2e300},  {0, 5e-324},         {-1e-310, 1e-310},
+                       {1e308, kInf},   {-kInf, -1e308}, {-kInf, 1e308},      {1, 1 + 1e-15}};
+  for (const Box& box : boxes) {
+    SCOPED_TRACE(box.lower);
+    SCOPED_TRACE(box.upper);
+    const FunctionProblem plain(VectorXd::Constant(2, box.lower), VectorXd::Constant(2, box.upper),
+                                [](const VectorXd& x) { return x[0]; });
+    class Linear : public FunctionProblem {
+     public:
+      using FunctionProblem::FunctionProblem;
+      VectorXd tasks() const override { return VectorXd::LinSpaced(3, 0, 1); }
+      Evaluation evaluate(const VectorXd& x) const override {
+        return {.cost = x[0], .task_costs = {x[0], x[0], x[0]}};
+      }
+    };
+    const Linear family(plain.lower(), plain.upper(), nullptr);
+    const Problem& problem = GetParam().family ? static_cast<const Problem&>(family) : plain;
+    const auto optimizer = make(problem);
+    const Summary s = minimise(problem, *optimizer, {.budget = 2500});
+    EXPECT_FALSE(std::isnan(s.stop.value));
+    ASSERT_TRUE(s.progress.best);
+    EXPECT_EQ(s.progress.failed, 0);
+    if (!std::isfinite(box.lower)) continue;
+    const double half = box.upper / 2 - box.lower / 2;
+    const double width = std::isfinite(half) ? half : std::abs(box.lower);
+    EXPECT_LE(s.progress.best->x[0] / 2 - box.lower / 2, 1e-6 * width);
+    for (const Candidate& c : optimizer->ask()) EXPECT_TRUE(c.x.allFinite());
+  }
+}
+
+TEST_P(OptimizerContract, CostsMayBeAsLargeAsNumbersAre) {
+  // Their differences and sums overflow.
+  const FunctionProblem steep = boxed(2, [](const VectorXd& x) { return 1e300 * sphere(x); });
+  const FunctionProblem signs =
+      boxed(2, [](const VectorXd& x) { return 1.7e308 * std::tanh(x[0] + 1); });
+  const auto a = make(suited(steep), {.x0 = VectorXd::Constant(2, 1.7)});
+  EXPECT_EQ(minimise(suited(steep), *a, {.budget = 6000, .target = 1e290}).end, End::kTarget);
+  const auto b = make(suited(signs), {.x0 = VectorXd::Constant(2, 1.7)});
+  EXPECT_EQ(minimise(suited(signs), *b, {.budget = 6000, .target = -1e308}).end, End::kTarget);
+}
+
 TEST_P(OptimizerContract, AFamilyReachesATargetWithACurveNotWithATrial) {
   if (!GetParam().family) GTEST_SKIP() << "single trials";
   const FunctionProblem plain = boxed(3, sphere);

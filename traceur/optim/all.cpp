@@ -4,12 +4,26 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
+#include "traceur/optim/safe_units.h"
 #include "traceur/optim/start.h"
 
 namespace traceur::optim {
 
+namespace {
+
+std::vector<OptimizerEntry> inSafeUnits(std::vector<OptimizerEntry> entries) {
+  for (OptimizerEntry& entry : entries) {
+    entry.make = [make = std::move(entry.make)](const Problem& problem, const CommonOptions& o) {
+      return inSafeUnits(problem, o, make);
+    };
+  }
+  return entries;
+}
+
+}  // namespace
+
 const std::vector<OptimizerEntry>& allOptimizers() {
-  static const std::vector<OptimizerEntry> kAll = {
+  static const std::vector<OptimizerEntry> kAll = inSafeUnits({
       {"cma-es", "Active CMA-ES: learns a normal distribution from the ranks of its samples.",
        [](const Problem& problem, const CommonOptions& common) -> std::unique_ptr<Optimizer> {
          return std::make_unique<CmaEs>(cmaEsOptions(problem, common));
@@ -33,7 +47,7 @@ const std::vector<OptimizerEntry>& allOptimizers() {
          return std::make_unique<Restarts>(cmaEsOptions(problem, common),
                                            RestartOptions{.bipop = true});
        }},
-  };
+  });
   return kAll;
 }
 

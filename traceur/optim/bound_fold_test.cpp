@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "traceur/core/random.h"
@@ -41,6 +42,49 @@ TEST(BoundFold, NeverLeavesTheBox) {
       ASSERT_TRUE(l <= x && x <= u) << "fold(" << y << ") = " << x;
     }
   }
+}
+
+TEST(BoundFold, FoldsBoxesWhoseSquaresOverflow) {
+  for (const auto& [l, u] : {std::pair(-1.6e308, 1.6e308), std::pair(-1e300, 1e300),
+                             std::pair(0.0, 1e200), std::pair(-1e-310, 1e-310)}) {
+    const BoundFold fold = foldOf(l, u);
+    const double half = u / 2 - l / 2;
+    for (const double share : {0.0, 0.01, 0.3, 0.9, 1.0}) {
+      const double x = std::clamp(l + share * half, l, u);
+      const double back = fold.fold(0, fold.unfold(0, x));
+      EXPECT_NEAR(back / half, x / half, 1e-13) << l << " " << share;
+      EXPECT_NEAR(fold.fold(0, fold.unfoldNear(0, x, 0)) / half, x / half, 1e-13);
+    }
+    // As the same box of unit size, to the bit where no number is denormal.
+    if (u < 1e-300 || u > 1e308) continue;
+    const double unit = std::ldexp(1.0, unitExponent(l, u));
+    const BoundFold plain = foldOf(l / unit, u / unit);
+    for (const double y : {-0.6, -0.01, 0.02, 0.4, 1.3}) {
+      EXPECT_EQ(fold.fold(0, y * unit), plain.fold(0, y) * unit) << l << " " << y;
+    }
+  }
+}
+
+TEST(BoundFold, OfWhatIsNoNumberMakesOneInsideTheBox) {
+  for (const double y : {kInf, -kInf, static_cast<double>(NAN)}) {
+    EXPECT_TRUE(std::isfinite(BoundFold().fold(0, y)));
+    EXPECT_TRUE(std::isfinite(foldOf(-kInf, kInf).fold(0, y)));
+    const double x = foldOf(2, 3).fold(0, y);
+    EXPECT_TRUE(2 <= x && x <= 3) << y;
+    EXPECT_GE(foldOf(2, kInf).fold(0, y), 2);
+  }
+}
+
+TEST(UnitExponent, IsZeroForAllOrdinaryBoxes) {
+  for (const auto& [l, u] : {std::pair(-1e100, 0.0), std::pair(0.0, 1e-100), std::pair(1.0, kInf),
+                             std::pair(-kInf, 1e15), std::pair(-kInf, kInf), std::pair(1.0, 1.001),
+                             std::pair(0.0, kInf)}) {
+    EXPECT_EQ(unitExponent(l, u), 0) << l << " " << u;
+  }
+  EXPECT_EQ(unitExponent(-1e300, 1e300), std::ilogb(2e300));
+  EXPECT_EQ(unitExponent(-1.7e308, 1.7e308), 1024);
+  EXPECT_EQ(unitExponent(0, 5e-324), -1074);
+  EXPECT_EQ(unitExponent(1e308, kInf), std::ilogb(1e308) - 40);
 }
 
 TEST(BoundFold, UnfoldInvertsFoldUpToTheBoundsThemselves) {

@@ -10,11 +10,25 @@
 #include "traceur/optim/cost.h"
 #include "traceur/optim/curve_cma.h"
 #include "traceur/optim/family_baselines.h"
+#include "traceur/optim/safe_units.h"
 
 namespace traceur::optim {
 
+namespace {
+
+std::vector<FamilyOptimizerEntry> inSafeUnits(std::vector<FamilyOptimizerEntry> entries) {
+  for (FamilyOptimizerEntry& entry : entries) {
+    entry.make = [make = std::move(entry.make)](const Problem& problem, const FamilyOptions& o) {
+      return inSafeUnits(problem, o, make);
+    };
+  }
+  return entries;
+}
+
+}  // namespace
+
 const std::vector<FamilyOptimizerEntry>& allFamilyOptimizers() {
-  static const std::vector<FamilyOptimizerEntry> kAll = {
+  static const std::vector<FamilyOptimizerEntry> kAll = inSafeUnits({
       {"contextual", "One normal distribution along a curve; every trial teaches all tasks.",
        makeContextualCma},
       {"curve", "The dissertation's: a curve of means, a covariance for each task, elites.",
@@ -25,7 +39,7 @@ const std::vector<FamilyOptimizerEntry>& allFamilyOptimizers() {
        makeIndividualCma},
       {"neighbours", "The same in turn, each beginning where its neighbour ended.",
        makeNeighbourCma},
-  };
+  });
   return kAll;
 }
 
