@@ -161,6 +161,9 @@ void CmaC::setMetric() {
   center_ = s.mean;
   metric_ = unit.asDiagonal();
   if (local_) {
+    if (s.lengths.size() > 0) {
+      metric_ = s.lengths.cwiseInverse().asDiagonal() * s.axes.transpose() * metric_;
+    }
     metric_ = (s.sigma * s.D).cwiseInverse().asDiagonal() * s.B.transpose() * metric_;
   }
 }
@@ -303,7 +306,7 @@ void CmaC::endDescent() {
   const bool stopped = s.stop.has_value();
   if (stopped && s.stop->reason == "tolallfailed") return;
   const bool collapsed = options_.cma.feasible_first &&
-                         s.sigma * s.D.maxCoeff() < options_.collapsed * options_.cma.sigma;
+                         s.sigma * cma_->longestAxis() < options_.collapsed * options_.cma.sigma;
   const bool lost = collapsed && !s_.seen_feasible;
   if (!stopped && !collapsed) return;
   const auto left = [this] {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <climits>
 #include <cmath>
@@ -19,12 +20,21 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr std::string_view kKind = "cma-es";
-constexpr std::uint64_t kStateVersion = 3;
+constexpr std::uint64_t kStateVersion = 4;
 
 /// Generations beyond which stagnation no longer looks further back [Hansen2016, App. B.3].
 constexpr std::uint64_t kLongestStagnation = 20000;
 /// Eigenvalues below this fraction of the largest are noise of rounding; they are raised to it.
 constexpr double kSmallestEigenvalue = kEpsilon;
+/// Condition of C above which T takes it over: the first time as late as doubles allow, so that
+/// ordinary searches never know of it, later with all digits left.
+constexpr double kDense = 1e14;
+constexpr double kDenseAgain = 1e6;
+/// Stands where the class of a told trial would.
+constexpr std::uint64_t kUntold = UINT64_MAX;
+/// Beyond these a restored number is no search's.
+constexpr double kTiny = 1e-150;
+constexpr double kHuge = 1e150;
 
 template <typename... Args>
 [[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
@@ -92,6 +102,8 @@ CmaEs::CmaEs(CmaEsOptions options)
       z_mean_(dimension()),
       step_(dimension()),
       coefficients_(constants_.lambda),
+      stretched_(dimension()),
+      narrowing_(dimension()),
       likeliest_(3 * dimension()),
       eigen_(dimension()) {
   const int n = dimension();
@@ -113,7 +125,11 @@ VectorXd CmaEs::mean() const {
 
 MatrixXd CmaEs::covariance() const {
   const VectorXd s = state_.sigma * options_.scale;
-  const MatrixXd C = state_.C.selfadjointView<Eigen::Lower>();
+  MatrixXd C = state_.C.selfadjointView<Eigen::Lower>();
+  if (state_.lengths.size() > 0) {
+    const MatrixXd T = state_.axes * state_.lengths.asDiagonal();
+    C = T * C * T.transpose();
+  }
   return s.asDiagonal() * C * s.asDiagonal();
 }
 
@@ -142,8 +158,9 @@ void CmaEs::drawSamples() {
       for (int i = 0; i < n; ++i) z[i] = start ? 0 : random.normal();
       step_ = state_.D.cwiseProduct(z);
       y.noalias() = state_.B * step_;
+      const auto step = stretched(y);
       for (int i = 0; i < n; ++i) {
-        x[i] = bounds_.fold(i, state_.mean[i] + state_.sigma * options_.scale[i] * y[i]);
+        x[i] = bounds_.fold(i, state_.mean[i] + state_.sigma * options_.scale[i] * step[i]);
       }
       if (!options_.acceptance || start) break;
       const double p = options_.acceptance(k, x);
@@ -219,6 +236,7 @@ void CmaEs::takeHeld() {
     step_[i] = (y - s.mean[i]) / (s.sigma * options_.scale[i]);
   }
   auto z = Z_.col(worst);
+  if (s.lengths.size() > 0) step_ = (s.axes.transpose() * step_).cwiseQuotient(s.lengths).eval();
   z.noalias() = s.B.transpose() * step_;
   z = z.cwiseQuotient(s.D);
   const double longest = std::sqrt(n) + 2.0 * n / (n + 2);
@@ -260,7 +278,7 @@ void CmaEs::adapt(int meaningful) {
     y_mean_ += positive[i] / sum * Y_.col(order_[i]);
     z_mean_ += positive[i] / sum * Z_.col(order_[i]);
   }
-  s.mean += s.sigma * options_.scale.cwiseProduct(y_mean_);
+  s.mean += s.sigma * options_.scale.cwiseProduct(stretched(y_mean_));
   ++s.updates;
 
   step_.noalias() = s.B * z_mean_;
@@ -298,23 +316,54 @@ void CmaEs::adapt(int meaningful) {
   s.sigma *= std::exp(exponent);
 
   const bool narrowed = limitToBox();
-  if (narrowed || static_cast<double>(s.generation + 1 - s.decomposed) >= c.eigen_gap) decompose();
+  if (!narrowed && static_cast<double>(s.generation + 1 - s.decomposed) < c.eigen_gap) return;
+  decompose();
+  const bool moved = s.lengths.size() > 0;
+  const bool dense = s.condition > (moved ? kDenseAgain : kDense);
+  const bool may = options_.termination.conditioncov > kDense;
+  if ((dense && may) || (moved && narrowed)) moveBasis();
+}
+
+Eigen::Ref<const VectorXd> CmaEs::stretched(const Eigen::Ref<const VectorXd>& y) {
+  if (state_.lengths.size() == 0) return y;
+  stretched_.noalias() = state_.axes * state_.lengths.cwiseProduct(y);
+  return stretched_;
+}
+
+/// √(T C Tᵀ)_ii
+double CmaEs::deviation(int i) const {
+  const CmaState& s = state_;
+  if (s.lengths.size() == 0) return std::sqrt(s.C(i, i));
+  const VectorXd t = s.lengths.cwiseProduct(s.axes.row(i).transpose());
+  return std::sqrt(t.dot(s.C.selfadjointView<Eigen::Lower>() * t));
+}
+
+double CmaEs::longestAxis() const {
+  const CmaState& s = state_;
+  if (s.lengths.size() == 0) return s.D.maxCoeff();
+  const MatrixXd T = s.lengths.asDiagonal() * s.B * s.D.asDiagonal();  // U turns it only
+  return Eigen::JacobiSVD<MatrixXd>(T).singularValues()[0];
 }
 
 bool CmaEs::limitToBox() {
   const int n = dimension();
   bool narrowed = false;
+  narrowing_.setOnes();
   for (int i = 0; i < n; ++i) {
     const double width = bounds_.width(i);
     if (!std::isfinite(width)) continue;
     const double widest = std::max(kWidestStep * width, options_.sigma * options_.scale[i]);
-    const double now = state_.sigma * options_.scale[i] * std::sqrt(state_.C(i, i));
+    const double now = state_.sigma * options_.scale[i] * deviation(i);
     if (!(now > widest)) continue;
     const double factor = widest / now;
+    narrowed = true;
+    if (state_.lengths.size() > 0) {  // moveBasis() does it
+      narrowing_[i] = factor;
+      continue;
+    }
     state_.C.row(i).head(i + 1) *= factor;
     state_.C.col(i).tail(n - i) *= factor;  // C_ii has now been scaled twice, as it should
     state_.p_c[i] *= factor;
-    narrowed = true;
   }
   return narrowed;
 }
@@ -327,13 +376,34 @@ void CmaEs::decompose() {
   const double largest = eigenvalues.maxCoeff();
   s.B = eigen_.vectors();
   s.condition = smallest > 0 ? largest / smallest : kInfinity;
-  if (smallest >= kSmallestEigenvalue * largest) {
+  if (smallest >= kSmallestEigenvalue * largest && smallest > 0) {
     s.D = eigenvalues.cwiseSqrt();
   } else {
-    s.D = eigenvalues.cwiseMax(kSmallestEigenvalue * largest).cwiseSqrt();
+    const double least = std::max(kSmallestEigenvalue * largest, kTiny);
+    s.D = eigenvalues.cwiseMax(least).cwiseSqrt();
     s.C.triangularView<Eigen::Lower>() = s.B * s.D.cwiseAbs2().asDiagonal() * s.B.transpose();
   }
   s.decomposed = s.generation + 1;
+}
+
+/// T takes over what C has learned since, and the box's narrowing_; C begins again at the identity.
+void CmaEs::moveBasis() {
+  CmaState& s = state_;
+  MatrixXd T = s.B * s.D.asDiagonal();
+  if (s.lengths.size() > 0) T = s.axes * (s.lengths.asDiagonal() * T).eval();
+  T = narrowing_.asDiagonal() * T;
+  if (!T.allFinite()) return;  // the search has run off the numbers; findStop() will say so
+  const Eigen::JacobiSVD<MatrixXd> svd(T, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const VectorXd& values = svd.singularValues();  // falling
+  const MatrixXd V = svd.matrixV();
+  s.p_sigma = V.transpose() * (s.B.transpose() * s.p_sigma).eval();
+  s.p_c = V.transpose() * (s.B.transpose() * s.p_c).cwiseQuotient(s.D).eval();
+  s.axes = svd.matrixU();
+  s.lengths = values.cwiseMax(std::max(kTiny * values[0], std::numeric_limits<double>::min()));
+  s.C.setIdentity();
+  s.B.setIdentity();
+  s.D.setOnes();
+  s.condition = 1;
 }
 
 void CmaEs::remember(int meaningful) {
@@ -347,7 +417,7 @@ void CmaEs::remember(int meaningful) {
   history_.best.push_back(best);
   history_.median.push_back(*told_[order_[meaningful / 2]]);
   ++history_.count;
-  const size_t needed = historyNeeded();
+  const size_t needed = historyNeeded(history_.count);
   if (history_.best.size() > 2 * needed) {
     const auto excess = static_cast<std::ptrdiff_t>(history_.best.size() - needed);
     history_.best.erase(history_.best.begin(), history_.best.begin() + excess);
@@ -355,14 +425,14 @@ void CmaEs::remember(int meaningful) {
   }
 }
 
-size_t CmaEs::stagnationWindow() const {
+size_t CmaEs::stagnationWindow(std::uint64_t count) const {
   return std::max<size_t>(options_.termination.tolstagnation,
-                          std::min(history_.count / 5, kLongestStagnation));
+                          std::min(count / 5, kLongestStagnation));
 }
 
-size_t CmaEs::historyNeeded() const {
+size_t CmaEs::historyNeeded(std::uint64_t count) const {
   const bool stagnation = options_.termination.tolstagnation < INT_MAX;
-  return std::max<size_t>(history_window_, stagnation ? stagnationWindow() : 0);
+  return std::max<size_t>(history_window_, stagnation ? stagnationWindow(count) : 0);
 }
 
 std::optional<Stop> CmaEs::findStop(int meaningful) const {
@@ -374,22 +444,27 @@ std::optional<Stop> CmaEs::findStop(int meaningful) const {
     return Stop{"tolallfailed", static_cast<double>(s.all_failed),
                 static_cast<double>(t.tolallfailed)};
   }
-  if (s.condition > t.conditioncov) return Stop{"conditioncov", s.condition, t.conditioncov};
+  double condition = s.condition;
+  if (s.lengths.size() > 0) {
+    const double ratio = s.lengths.maxCoeff() / s.lengths.minCoeff();
+    condition = ratio * ratio;
+  }
+  if (condition > t.conditioncov) return Stop{"conditioncov", condition, t.conditioncov};
 
   const double growth = s.sigma / options_.sigma;
-  const double largest = s.D.maxCoeff();
+  const double largest = longestAxis();
   if (growth * largest > t.tolxup) return Stop{"tolxup", growth * largest, t.tolxup};
   if (growth > t.tolupsigma * largest) return Stop{"tolupsigma", growth / largest, t.tolupsigma};
 
+  VectorXd path = s.p_c;
+  if (s.lengths.size() > 0) path = s.axes * s.lengths.cwiseProduct(path).eval();
   double widest = 0;
-  for (int i = 0; i < n; ++i) {
-    widest = std::max({widest, std::sqrt(s.C(i, i)), std::abs(s.p_c[i])});
-  }
+  for (int i = 0; i < n; ++i) widest = std::max({widest, deviation(i), std::abs(path[i])});
   if (growth * widest < t.tolx) return Stop{"tolx", growth * widest, t.tolx};
 
   if (t.noeffectcoord) {
     for (int i = 0; i < n; ++i) {
-      const double step = 0.2 * s.sigma * options_.scale[i] * std::sqrt(s.C(i, i));
+      const double step = 0.2 * s.sigma * options_.scale[i] * deviation(i);
       if (s.mean[i] + step == s.mean[i]) {
         return Stop{"noeffectcoord", step, kEpsilon * std::abs(s.mean[i])};
       }
@@ -398,9 +473,11 @@ std::optional<Stop> CmaEs::findStop(int meaningful) const {
   if (t.noeffectaxis) {
     const int axis = static_cast<int>(s.generation % n);
     const double step = 0.1 * s.sigma * s.D[axis];
+    VectorXd along = s.B.col(axis);
+    if (s.lengths.size() > 0) along = s.axes * s.lengths.cwiseProduct(along).eval();
     bool effect = false;
     for (int i = 0; i < n && !effect; ++i) {
-      effect = s.mean[i] + step * options_.scale[i] * s.B(i, axis) != s.mean[i];
+      effect = s.mean[i] + step * options_.scale[i] * along[i] != s.mean[i];
     }
     if (!effect) return Stop{"noeffectaxis", step, kEpsilon * s.mean.cwiseAbs().maxCoeff()};
   }
@@ -437,7 +514,7 @@ std::optional<Stop> CmaEs::findHistoryStop(int meaningful) const {
 
   if (t.tolstagnation == INT_MAX) return std::nullopt;
   const std::uint64_t every = (t.tolstagnation + 19) / 20;
-  const size_t window = stagnationWindow();
+  const size_t window = stagnationWindow(history_.count);
   if (history_.count < window || history_.count % every != 0) return std::nullopt;
   const auto part =
       std::max<std::ptrdiff_t>(1, static_cast<std::ptrdiff_t>(0.3 * static_cast<double>(window)));
@@ -487,6 +564,11 @@ std::string CmaEs::save() const {
   for (const VectorXd* v : {&s.mean, &s.D, &s.p_sigma, &s.p_c}) w.reals(numbers(*v));
   w.reals(numbers(s.C));
   w.reals(numbers(s.B));
+  w.integer(s.lengths.size() > 0);
+  if (s.lengths.size() > 0) {
+    w.reals(numbers(s.axes));
+    w.reals(numbers(s.lengths));
+  }
   w.real(s.condition);
   w.integer(s.decomposed);
   w.integer(s.flat);
@@ -501,15 +583,66 @@ std::string CmaEs::save() const {
     w.integer(told.rank_class);
     w.real(told.cost);
   };
-  for (const std::optional<Told>& told : told_) write_told(told.value_or(Told{-1, 0}));
+  for (const std::optional<Told>& told : told_) {
+    if (told) {
+      write_told(*told);
+    } else {
+      w.integer(kUntold);
+      w.real(0);
+    }
+  }
   w.integer(history_.count);
-  const size_t kept = std::min(history_.best.size(), historyNeeded());
+  const size_t kept = std::min(history_.best.size(), historyNeeded(history_.count));
   w.integer(kept);
   for (size_t i = history_.best.size() - kept; i < history_.best.size(); ++i) {
     write_told(history_.best[i]);
     write_told(history_.median[i]);
   }
   return w.finish();
+}
+
+void CmaEs::readState(StateReader& r, CmaState& s) const {
+  const int n = dimension();
+  s.generation = r.integer(0, kMostGenerations);
+  s.updates = r.integer(0, s.generation);
+  s.sigma = r.real(std::numeric_limits<double>::denorm_min(), kHuge);
+  for (VectorXd* v : {&s.mean, &s.D, &s.p_sigma, &s.p_c}) r.finite(numbers(*v));
+  r.finite(numbers(s.C));
+  r.finite(numbers(s.B));
+  const bool moved = r.boolean();
+  s.axes.resize(moved ? n : 0, moved ? n : 0);
+  s.lengths.resize(moved ? n : 0);
+  if (moved) {
+    r.finite(numbers(s.axes));
+    r.positive(numbers(s.lengths));
+  }
+  if (!(s.D.minCoeff() >= kTiny && s.D.maxCoeff() <= kHuge && s.C.diagonal().minCoeff() > 0 &&
+        s.C.cwiseAbs().maxCoeff() <= kHuge && s.B.cwiseAbs().maxCoeff() <= 2)) {
+    r.fail("its covariance is none");
+  }
+  s.condition = r.real(1, kInfinity);
+  s.decomposed = r.integer(0, s.generation);
+  s.flat = static_cast<int>(r.integer(0, kMostInARow));
+  s.all_failed = static_cast<int>(r.integer(0, kMostInARow));
+  s.refused = r.integer(0, kMostTrials);
+  s.held.resize(r.boolean() ? n : 0);
+  if (s.held.size() > 0) {
+    r.finite(numbers(s.held));
+    if (!((s.held.array() >= options_.lower.array()).all() &&
+          (s.held.array() <= options_.upper.array()).all())) {
+      r.fail("the trial it holds lies outside the bounds");
+    }
+  }
+  s.held_cost = r.finite();
+  s.stop = readStop(r);
+}
+
+std::optional<CmaEs::Told> CmaEs::readTold(StateReader& r) const {
+  const std::uint64_t rank_class = r.integer();
+  const double cost = r.finite();
+  if (rank_class == kUntold) return std::nullopt;
+  if (rank_class > 2) r.fail(fmt::format("no trial ranks in class {}", rank_class));
+  return Told{static_cast<int>(rank_class), cost};
 }
 
 void CmaEs::restore(std::string_view text) {
@@ -526,38 +659,26 @@ void CmaEs::restore(std::string_view text) {
   }
 
   CmaState s = state_;
-  s.generation = r.integer();
-  s.updates = r.integer();
-  s.sigma = r.real();
-  for (VectorXd* v : {&s.mean, &s.D, &s.p_sigma, &s.p_c}) r.reals(numbers(*v));
-  r.reals(numbers(s.C));
-  r.reals(numbers(s.B));
-  s.condition = r.real();
-  s.decomposed = r.integer();
-  s.flat = static_cast<int>(r.integer());
-  s.all_failed = static_cast<int>(r.integer());
-  s.refused = r.integer();
-  s.held.resize(r.integer() != 0 ? n : 0);
-  if (s.held.size() > 0) r.reals(numbers(s.held));
-  s.held_cost = r.real();
-  s.stop = readStop(r);
-
-  const auto read_told = [&r] {
-    const int rank_class = static_cast<int>(r.integer());
-    return Told{rank_class, r.real()};
-  };
+  readState(r, s);
   std::vector<std::optional<Told>> all_told(told_.size());
   int count = 0;
   for (std::optional<Told>& told : all_told) {
-    told = read_told();
-    if (told->rank_class < 0) told.reset();
+    told = readTold(r);
     count += told.has_value();
   }
+  if (count == constants_.lambda) r.fail("its generation is over, and was not learned from");
   History history;
-  history.count = r.integer();
-  for (std::uint64_t left = r.integer(); left > 0; --left) {
-    history.best.push_back(read_told());
-    history.median.push_back(read_told());
+  history.count = r.integer(0, s.generation);
+  const std::uint64_t kept = r.integer(0, kMostGenerations);
+  if (kept != std::min<std::uint64_t>(history.count, historyNeeded(history.count))) {
+    r.fail(fmt::format("it keeps {} of {} generations", kept, history.count));
+  }
+  for (std::uint64_t i = 0; i < kept; ++i) {
+    const std::optional<Told> best = readTold(r);
+    const std::optional<Told> middle = readTold(r);
+    if (!best || !middle) r.fail("a generation of its history has no cost");
+    history.best.push_back(*best);
+    history.median.push_back(*middle);
   }
   r.finish();
 

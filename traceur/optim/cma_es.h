@@ -12,6 +12,8 @@ namespace traceur::optim {
 
 using Eigen::MatrixXd;
 
+class StateReader;
+
 /// When CMA-ES has nothing more to gain [Hansen2016, App. B.3]. Names are the literature's, and the
 /// reason a run reports. g counts generations, h those with at least one meaningful cost; the
 /// history window is w = 10 + ⌈30 n/λ⌉ of the latter. A cost of a generation is its best one's.
@@ -31,8 +33,10 @@ struct CmaTermination {
   double tolxup = 1e4;
   /// σ/σ₀ above tolupsigma·√(largest eigenvalue of C): σ grows while C shrinks. ∞: off.
   double tolupsigma = 1e20;
-  /// The condition number of C above this. ∞: off.
-  double conditioncov = 1e14;
+  /// The condition number of T C Tᵀ above this, as far as it is known: C's while T is the identity,
+  /// then that of T Tᵀ. ∞: off [ours: at 1e28 the shortest axis is worth a hundredth of a rounding
+  /// error of the longest].
+  double conditioncov = 1e28;
   /// A step of 0.1·σ along an axis of the ellipsoid, axis g mod n, does not change the mean.
   bool noeffectaxis = true;
   /// A step of 0.2·σ·√C_ii does not change the mean in some coordinate i.
@@ -75,8 +79,8 @@ struct CmaEsOptions {
   bool likeliest = true;  ///< the likeliest of them; false: the last
 };
 
-/// Everything CMA-ES remembers from one generation to the next. Vectors are in units of scale
-/// except mean; D, B are of the last decomposition, at most eigen_gap generations old.
+/// Everything CMA-ES remembers from one generation to the next. C, B, D and the paths are in the
+/// coordinates of y; D, B are of the last decomposition, at most eigen_gap generations old.
 struct CmaState {
   std::uint64_t generation = 0;  ///< generations told
   std::uint64_t updates = 0;     ///< of those, the ones that changed the distribution
@@ -87,6 +91,8 @@ struct CmaState {
   VectorXd D;                    ///< (n) √ of its eigenvalues, in no order
   VectorXd p_sigma;              ///< (n) path of the step size
   VectorXd p_c;                  ///< (n) path of the covariance
+  MatrixXd axes;                 ///< (n x n) U of T = U diag(lengths); empty: T is the identity
+  VectorXd lengths;              ///< (n) > 0; empty as axes
   double condition = 1;  ///< of C at the last decomposition; ∞ if rounding made it singular
   std::uint64_t decomposed = 0;  ///< generation of the last decomposition
   int flat = 0;                  ///< generations in a row with equal costs only
@@ -100,8 +106,8 @@ struct CmaState {
 /// Active CMA-ES with cumulative step-size adaptation [Hansen2016]. One generation, with weights w
 /// of the ranked trials 1 … λ:
 ///
-///     x_k = m + σ y_k,   y_k = B D z_k,   z_k ~ N(0, I)
-///     m  ← m + σ ⟨y⟩,                                            ⟨y⟩ = Σ w⁺_k y_k
+///     x_k = m + σ T y_k,   y_k = B D z_k,   z_k ~ N(0, I)
+///     m  ← m + σ T ⟨y⟩,                                          ⟨y⟩ = Σ w⁺_k y_k
 ///     p_σ ← (1-c_σ) p_σ + √(c_σ (2-c_σ) μ_eff) B ⟨z⟩
 ///     p_c ← (1-c_c) p_c + h_σ √(c_c (2-c_c) μ_eff) ⟨y⟩
 ///     C  ← (1 + c_1 δ - c_1 - c_μ Σw) C + c_1 p_c p_cᵀ + c_μ Σ w°_k y_k y_kᵀ
@@ -110,6 +116,15 @@ struct CmaState {
 /// with w° = w for w ≥ 0, else w n/‖z_k‖² (so that a far bad trial cannot make C indefinite),
 /// h_σ = 0 while ‖p_σ‖ is large, and δ = (1-h_σ) c_c (2-c_c). If the best and the ⌈0.7 λ⌉-th trial
 /// cost the same, σ grows by a factor exp(0.2 + c_σ/d_σ) more.
+///
+/// Condition. T is the identity until the condition number of C, which doubles can hold to about
+/// 1e16, is above 1e14; then, and whenever it is above 1e6 later, T takes over what C has learned:
+///
+///     T B D = U diag(s) Vᵀ;   T ← U diag(s),  C ← I,  p_c ← Vᵀ D⁻¹ Bᵀ p_c,  p_σ ← Vᵀ Bᵀ p_σ
+///
+/// The distribution and both paths stay what they were, and the next factor 1e14 is again resolved
+/// to all digits. Ill-conditioned costs are common, as of units of different kinds, and the search
+/// that once stopped here solves those of condition 1e18. pycma does likewise, from 1e12.
 ///
 /// Scale. All of the above is in units of options.scale: the first standard deviation of x_i is
 /// σ₀·scale_i.
@@ -147,8 +162,13 @@ class CmaEs : public Optimizer {
 
   /// (n) the mean folded into the bounds: of a noisy cost a better answer than the best trial.
   VectorXd mean() const;
-  /// (n x n) of x as it is searched, before folding: σ² S C S with S = diag(scale).
+  /// (n x n) of x as it is searched, before folding: σ² S T C Tᵀ S with S = diag(scale).
   MatrixXd covariance() const;
+  /// √ of the largest eigenvalue of T C Tᵀ, as of the last decomposition.
+  double longestAxis() const;
+  /// Candidates of the current generation that have been told.
+  int toldCount() const { return told_count_; }
+  bool isTold(int k) const { return told_[k].has_value(); }
 
  private:
   /// What is kept of an evaluation: its rank, by class and then by cost.
@@ -178,9 +198,14 @@ class CmaEs : public Optimizer {
   void adapt(int meaningful);
   bool limitToBox();
   void decompose();
+  void moveBasis();
+  Eigen::Ref<const VectorXd> stretched(const Eigen::Ref<const VectorXd>& y);
+  double deviation(int i) const;
   void remember(int meaningful);
-  size_t stagnationWindow() const;
-  size_t historyNeeded() const;
+  size_t stagnationWindow(std::uint64_t count) const;
+  size_t historyNeeded(std::uint64_t count) const;
+  void readState(StateReader& r, CmaState& s) const;
+  std::optional<Told> readTold(StateReader& r) const;
   std::optional<Stop> findStop(int meaningful) const;
   std::optional<Stop> findHistoryStop(int meaningful) const;
 
@@ -200,6 +225,8 @@ class CmaEs : public Optimizer {
   std::vector<int> order_;  // (λ) best first
   VectorXd y_mean_, z_mean_, step_;
   VectorXd coefficients_;          // (λ)
+  VectorXd stretched_;             // (n)
+  VectorXd narrowing_;             // (n) factors of the box's
   VectorXd likeliest_;             // (3n) z, y, x of the likeliest refused draw
   std::uint64_t refused_now_ = 0;  // draws refused for the current generation
   SymmetricEigen eigen_;

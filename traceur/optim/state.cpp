@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
@@ -15,6 +17,8 @@ static_assert(std::endian::native == std::endian::little, "states are stored lit
 
 constexpr std::string_view kMagic = "TRCROPT\n";
 constexpr size_t kEndSize = sizeof(std::uint64_t);
+/// The names of reasons to stop are shorter: "noeffectcoord".
+constexpr size_t kLongestReason = 40;
 
 std::uint64_t fingerprint(std::string_view bytes) {
   Hash hash;
@@ -75,14 +79,60 @@ std::uint64_t StateReader::integer() {
   return value;
 }
 
+std::uint64_t StateReader::integer(std::uint64_t least, std::uint64_t most) {
+  const std::uint64_t value = integer();
+  if (value < least || value > most) {
+    fail(fmt::format("expected a number in [{}, {}], got {}", least, most, value));
+  }
+  return value;
+}
+
+bool StateReader::boolean() {
+  return integer(0, 1) != 0;
+}
+
+std::uint64_t StateReader::count(std::uint64_t bytes_each) {
+  const std::uint64_t value = integer();
+  if (value > rest_.size() / bytes_each) fail("the state is cut short");
+  return value;
+}
+
 double StateReader::real() {
   return std::bit_cast<double>(integer());
 }
 
+double StateReader::real(double least, double most) {
+  const double value = real();
+  if (!(least <= value && value <= most)) {
+    fail(fmt::format("expected a number in [{}, {}], got {}", least, most, value));
+  }
+  return value;
+}
+
+double StateReader::finite() {
+  return real(std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max());
+}
+
+double StateReader::positive() {
+  return real(std::numeric_limits<double>::denorm_min(), std::numeric_limits<double>::max());
+}
+
+void StateReader::finite(std::span<double> values) {
+  reals(values);
+  for (const double value : values) {
+    if (!std::isfinite(value)) fail(fmt::format("expected finite numbers, got {}", value));
+  }
+}
+
+void StateReader::positive(std::span<double> values) {
+  finite(values);
+  for (const double value : values) {
+    if (!(value > 0)) fail(fmt::format("expected numbers > 0, got {}", value));
+  }
+}
+
 std::vector<double> StateReader::reals() {
-  const std::uint64_t count = integer();
-  if (count > rest_.size() / sizeof(double)) fail("the state is cut short");
-  std::vector<double> values(count);
+  std::vector<double> values(count(sizeof(double)));
   copy(values);
   return values;
 }
@@ -127,9 +177,13 @@ void writeStop(StateWriter& writer, const std::optional<Stop>& stop) {
 }
 
 std::optional<Stop> readStop(StateReader& reader) {
-  if (reader.integer() == 0) return std::nullopt;
+  if (!reader.boolean()) return std::nullopt;
   Stop stop;
   stop.reason = reader.text();
+  if (stop.reason.empty() || stop.reason.size() > kLongestReason ||
+      stop.reason.find_first_not_of("abcdefghijklmnopqrstuvwxyz ") != std::string::npos) {
+    reader.fail("its reason to stop is not a word");
+  }
   stop.value = reader.real();
   stop.limit = reader.real();
   return stop;

@@ -74,6 +74,60 @@ TEST(State, RefusesToReadWhatIsNotThere) {
   EXPECT_THROW(StateReader(lie, "thing", 1).text(), InputError);
 }
 
+TEST(State, RefusesNumbersOutOfTheirRange) {
+  const auto reads = [](auto write, auto read) {
+    StateWriter w("thing", 1);
+    write(w);
+    const std::string bytes = w.finish();
+    StateReader r(bytes, "thing", 1);
+    try {
+      read(r);
+      return true;
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  const auto integer = [](std::uint64_t v) { return [v](StateWriter& w) { w.integer(v); }; };
+  const auto real = [](double v) { return [v](StateWriter& w) { w.real(v); }; };
+  const auto three = [](double v) {
+    return [v](StateWriter& w) { w.reals(std::vector<double>{1, v, 2}); };
+  };
+  const auto in_2_5 = [](StateReader& r) { r.integer(2, 5); };
+  EXPECT_TRUE(reads(integer(5), in_2_5));
+  EXPECT_FALSE(reads(integer(6), in_2_5) || reads(integer(1), in_2_5));
+  const auto boolean = [](StateReader& r) { r.boolean(); };
+  EXPECT_TRUE(reads(integer(0), boolean) && reads(integer(1), boolean));
+  EXPECT_FALSE(reads(integer(2), boolean) || reads(integer(UINT64_MAX), boolean));
+  EXPECT_FALSE(reads(integer(1), [](StateReader& r) { r.count(8); })) << "nothing is left";
+  EXPECT_FALSE(reads(integer(UINT64_MAX), [](StateReader& r) { r.count(8); }));
+  const auto finite = [](StateReader& r) { r.finite(); };
+  EXPECT_TRUE(reads(real(-1e308), finite));
+  EXPECT_FALSE(reads(real(NAN), finite) || reads(real(kInf), finite) || reads(real(-kInf), finite));
+  const auto positive = [](StateReader& r) { r.positive(); };
+  EXPECT_TRUE(reads(real(5e-324), positive));
+  EXPECT_FALSE(reads(real(0), positive) || reads(real(-1), positive) || reads(real(NAN), positive));
+  double values[3];
+  const auto all_finite = [&](StateReader& r) { r.finite(values); };
+  const auto all_positive = [&](StateReader& r) { r.positive(values); };
+  EXPECT_TRUE(reads(three(-3), all_finite) && reads(three(3), all_positive));
+  EXPECT_FALSE(reads(three(NAN), all_finite) || reads(three(0), all_positive));
+}
+
+TEST(State, ReadsNoReasonToStopThatIsNoWord) {
+  for (const auto& [reason, good] :
+       {std::pair("tolx", true), std::pair("", false), std::pair("\x1b[2J", false)}) {
+    StateWriter w("thing", 1);
+    writeStop(w, Stop{reason, 1, 2});
+    const std::string bytes = w.finish();
+    StateReader r(bytes, "thing", 1);
+    if (good) {
+      EXPECT_EQ(readStop(r)->reason, reason);
+    } else {
+      EXPECT_THROW(readStop(r), InputError);
+    }
+  }
+}
+
 TEST(State, SaysWhatIsWrong) {
   try {
     const StateReader reader(sample(), "cma-es", 1);
