@@ -7,6 +7,7 @@
 #include <memory>
 #include <ostream>
 
+#include "tests/contract/crafted_state.h"
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/all.h"
@@ -403,6 +404,72 @@ TEST_P(OptimizerContract, MinusInfinityOfOneTaskLeavesTheOthers) {
   const auto best = dynamic_cast<const FamilyOptimizer&>(*optimizer).best();
   ASSERT_TRUE(best);
   for (const double cost : best->task_costs) EXPECT_TRUE(std::isfinite(cost));
+}
+
+/// A valley as narrow as numbers can tell, with a wall, and trials that fail.
+class Valley : public FunctionProblem {
+ public:
+  Valley() : FunctionProblem(VectorXd::Constant(2, -2), VectorXd::Constant(2, 3), nullptr) {}
+  std::vector<std::string> constraints() const override { return {"wall"}; }
+  Evaluation evaluate(const VectorXd& x) const override {
+    if (x[1] > 2.2) return {.failed = true};
+    return {.cost = x[0] * x[0] + 1e20 * x[1] * x[1], .violated = {x[0] < 0.5}};
+  }
+};
+
+/// Restores a state with one word after the other replaced by bad ones into what make makes, and
+/// goes on from those that are accepted.
+/// @param one_in  try so many of them
+void tryCraftedStates(const Problem& problem, const std::string& state, int one_in,
+                      const std::function<std::unique_ptr<Optimizer>()>& make) {
+  int tried = 0;
+  int refused = 0;
+  const auto attempt = [&](size_t at, std::uint64_t word) {
+    const std::unique_ptr<Optimizer> optimizer = make();
+    ++tried;
+    try {
+      optimizer->restore(withWord(state, at, word));
+    } catch (const InputError&) {
+      ++refused;
+      return;
+    }
+    tryGenerations(*optimizer, problem, 2);
+    for (const Candidate& c : optimizer->ask()) ASSERT_TRUE(c.x.allFinite()) << at << " " << word;
+  };
+  // All bad words where a number begins, and one elsewhere: texts shift what follows them.
+  const size_t first = state.find_last_of("abcdefghijklmnopqrstuvwxyz", 8 + 8 + 20) + 1;
+  size_t turn = 0;
+  for (size_t at = 0; at + 16 <= state.size(); ++at) {
+    const bool begins = at % 8 == first % 8;
+    for (size_t k = 0; k < std::size(kBadWords); ++k) {
+      if (!begins && k != at % std::size(kBadWords)) continue;
+      if (turn++ % one_in == 0) attempt(at, kBadWords[k]);
+    }
+  }
+  EXPECT_GT(refused, tried / 4);
+  EXPECT_LT(refused, tried) << "some words may be anything";
+}
+
+TEST_P(OptimizerContract, CraftedStatesAreRefusedOrUsable) {
+  const Valley plain;
+  const Problem& problem = suited(plain);
+  const auto whole = make(problem, {.lambda = 4});
+  for (int g = 0; g < 6; ++g) step(problem, *whole);
+  whole->tell(whole->ask().back().id, costing(3));
+  tryCraftedStates(problem, whole->save(), 1, [&] { return make(problem, {.lambda = 4}); });
+}
+
+TEST(CraftedStates, AreRefusedOrUsableOnceCmaEsHasMovedItsBasis) {
+  const FunctionProblem problem =
+      boxed(2, [](const VectorXd& x) { return x[0] * x[0] + 1e20 * x[1] * x[1]; });
+  const auto make = [&] { return findOptimizer("cma-es").make(problem, {.lambda = 4}); };
+  const auto whole = make();
+  const CmaState& s = dynamic_cast<const CmaEs&>(*whole).state();
+  for (int g = 0; g < 1000 && s.lengths.size() == 0; ++g) {
+    for (const Candidate& c : whole->ask()) whole->tell(c.id, problem.evaluate(c.x));
+  }
+  ASSERT_GT(s.lengths.size(), 0);
+  tryCraftedStates(problem, whole->save(), 3, make);
 }
 
 TEST_P(OptimizerContract, BoxesMayBeAsWideAsNumbersAre) {

@@ -19,6 +19,8 @@ constexpr std::string_view kKind = "cma-c";
 constexpr std::uint64_t kStateVersion = 2;
 /// Trials remembered at most, the latest: more would only slow training and swell the state [ours].
 constexpr size_t kMostKnown = 4000;
+/// Squared distances beyond this are no classifier's business: LIBSVM's sums would overflow.
+constexpr double kFarthest = 1e300;
 /// Weight of the latest trial in ClassifierReport::agreement [ours].
 constexpr double kAgreementRate = 0.05;
 
@@ -203,8 +205,8 @@ void CmaC::train(int constraint, const MatrixXd& Z) {
       const auto k = static_cast<int>(i);
       if (s_.known[i].labels[constraint] != label) continue;
       const double distance = Z.col(k).squaredNorm();
-      // So far off in the metric that numbers lose their meaning.
-      if (std::isfinite(distance)) all.emplace_back(distance, k);
+      // Else so far off in the metric that numbers lose their meaning.
+      if (distance < kFarthest) all.emplace_back(distance, k);
     }
     if (static_cast<int>(all.size()) < options_.least_labels) return;
     if (most > 0 && static_cast<int>(all.size()) > most) {
@@ -416,42 +418,56 @@ void CmaC::restore(std::string_view text) {
   }
   if (r.integer() != fingerprint()) refuse("cannot restore a state saved under other options");
   State s;
-  s.generation = r.integer();
-  s.descents = r.integer();
-  s.descent = r.integer();
-  s.refused = r.integer();
+  s.generation = r.integer(0, kMostGenerations);
+  s.descents = r.integer(1, static_cast<std::uint64_t>(options_.restarts) + 1);
+  s.descent = r.integer(0, s.descents - 1);
+  s.refused = r.integer(0, kMostTrials);
   for (bool* flag : {&s.violated, &s.seen_feasible, &s.told_feasible, &s.exploring}) {
-    *flag = r.integer() != 0;
+    *flag = r.boolean();
   }
-  s.toured = r.integer();
-  s.best_descent = r.integer();
-  s.best_cost = r.real();
+  s.toured = r.integer(0, s.descents);
+  s.best_descent = r.integer(0, s.descents - 1);
+  s.best_cost = r.finite();
   s.best = r.text();
   s.reports.resize(options_.constraints);
   for (ClassifierReport& report : s.reports) {
-    report.active = r.integer() != 0;
-    report.judged = r.integer();
-    report.agreed = r.integer();
-    report.agreement = r.real();
+    report.active = r.boolean();
+    report.judged = r.integer(0, kMostTrials);
+    report.agreed = r.integer(0, report.judged);
+    report.agreement = r.real(0, 1);
   }
-  s.gamma = r.reals();
+  s.gamma.resize(options_.constraints);
+  r.finite(s.gamma);
+  for (const double gamma : s.gamma) {
+    if (gamma < 0) r.fail(fmt::format("a kernel has γ = {}", gamma));
+  }
   const auto read = [&] {
     Labelled trial{VectorXd(dimension()), {}};
-    r.reals({trial.x.data(), static_cast<size_t>(trial.x.size())});
+    r.finite({trial.x.data(), static_cast<size_t>(trial.x.size())});
     for (const char c : r.text()) {
+      if (c != '+' && c != '-' && c != '0') r.fail("a trial has a label that is none");
       trial.labels.push_back(c == '+' ? kHolds : c == '-' ? kViolated : kUnknown);
+    }
+    if (static_cast<int>(trial.labels.size()) != options_.constraints) {
+      r.fail(fmt::format("a trial has {} labels", trial.labels.size()));
     }
     return trial;
   };
-  for (std::uint64_t left = r.integer(); left > 0; --left) s.known.push_back(read());
+  for (std::uint64_t left = r.integer(0, kMostKnown); left > 0; --left) s.known.push_back(read());
   std::vector<std::optional<Labelled>> all_told(told_.size());
   for (std::optional<Labelled>& trial : all_told) {
-    if (r.integer() != 0) trial = read();
+    if (r.boolean()) trial = read();
   }
   const std::string inner = r.text();
   r.finish();
   std::unique_ptr<CmaEs> cma = makeDescent(s.descent);
   cma->restore(inner);
+  for (size_t k = 0; k < all_told.size(); ++k) {
+    if (all_told[k].has_value() != cma->isTold(static_cast<int>(k))) {
+      refuse("cannot restore a state that disagrees about who was told");
+    }
+  }
+  if (!s.best.empty()) makeDescent(s.best_descent)->restore(s.best);  // throws now, not later
 
   s_ = std::move(s);
   cma_ = std::move(cma);

@@ -117,14 +117,26 @@ void ContextualCma::beginRun() {
     start[i] = bounds_.unfold(i, x) / options_.scale[i];
   }
   s.A = start.replicate(1, K);
-  told_.assign(candidates(), std::nullopt);
+  told_.assign(candidates(state_), std::nullopt);
   told_count_ = 0;
   drawn_ = false;
 }
 
-bool ContextualCma::curveIsDue() const {
-  return options_.curve_share * static_cast<double>(state_.samples) >=
-         static_cast<double>(state_.curves + 1) * tasks();
+bool ContextualCma::curveIsDue(const ContextualCmaState& s) const {
+  return options_.curve_share * static_cast<double>(s.samples) >=
+         static_cast<double>(s.curves + 1) * tasks();
+}
+
+/// λ of the run after so many restarts.
+int ContextualCma::lambdaAfter(int restarts) const {
+  int lambda = options_.lambda;
+  for (int i = 0; i < restarts; ++i) {
+    const int next =
+        static_cast<int>(std::min<double>(lambda * options_.lambda_factor, kMaxLambda));
+    if (next == lambda) break;
+    lambda = next;
+  }
+  return lambda;
 }
 
 Curve ContextualCma::curve() const {
@@ -204,7 +216,7 @@ void ContextualCma::update() {
   state_.trials += told_.size();
   state_.samples += state_.lambda;
   endRunIfDone(anything);
-  told_.assign(candidates(), std::nullopt);
+  told_.assign(candidates(state_), std::nullopt);
   told_count_ = 0;
   drawn_ = false;
 }
@@ -489,7 +501,7 @@ void ContextualCma::endRunIfDone(bool anything) {
   }
   ++s.restarts;
   s.all_failed = 0;
-  s.lambda = static_cast<int>(std::min<double>(s.lambda * options_.lambda_factor, kMaxLambda));
+  s.lambda = lambdaAfter(s.restarts);
   beginRun();
   if (about_best) {
     s.A = options_.scale.cwiseInverse().asDiagonal() * best_->curve.points;
@@ -557,39 +569,62 @@ void ContextualCma::restore(std::string_view text) {
     refuse("cannot restore a state saved under other options (seed, x0, sigma, bounds, …)");
   }
   ContextualCmaState s = state_;
-  for (std::uint64_t* v : {&s.generation, &s.trials, &s.updates, &s.samples, &s.curves}) {
-    *v = r.integer();
-  }
-  s.restarts = static_cast<int>(r.integer());
-  s.lambda = static_cast<int>(r.integer());
-  s.all_failed = static_cast<int>(r.integer());
-  s.sigma = r.real();
-  for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.reals(numbers(*m));
+  s.generation = r.integer(0, kMostGenerations);
+  s.trials = r.integer(0, kMostTrials);
+  s.updates = r.integer(0, s.generation);
+  s.samples = r.integer(0, kMostTrials);
+  s.curves = r.integer(0, s.generation);
+  s.restarts = static_cast<int>(r.integer(0, options_.max_restarts));
+  const int lambda_now = lambdaAfter(s.restarts);
+  s.lambda = static_cast<int>(r.integer(lambda_now, lambda_now));
+  s.all_failed = static_cast<int>(r.integer(0, kMostInARow));
+  s.sigma = r.positive();
+  for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.finite(numbers(*m));
+  if (!(s.C.diagonal().minCoeff() > 0)) r.fail("its covariance is none");
   s.costs = r.reals();
-  s.elites.resize(r.integer());
+  if (s.costs.size() != s.curves) r.fail("it has costs of another number of curves");
+  for (const double cost : s.costs) {
+    if (std::isnan(cost)) r.fail("the cost of a curve is NaN");
+  }
+  // Costs of the tasks, NaN where a trial says nothing.
+  const auto check_costs = [&](const std::vector<double>& costs) {
+    if (costs.size() != M) r.fail(fmt::format("a trial has costs of {} tasks", costs.size()));
+    for (const double cost : costs) {
+      if (std::isinf(cost)) r.fail("a trial has an infinite cost");
+    }
+  };
+  s.elites.resize(r.count((n + M) * sizeof(double)));
   for (ContextualCmaState::Elite& e : s.elites) {
-    e.generation = r.integer();
+    e.generation = r.integer(0, s.generation);
     e.x.resize(dimension());
-    r.reals(numbers(e.x));
-    e.costs.resize(tasks());
-    r.reals(e.costs);
+    r.finite(numbers(e.x));
+    e.costs = r.reals();
+    check_costs(e.costs);
   }
   s.stop = readStop(r);
   std::optional<Family> best;
-  if (r.integer() != 0) {
+  if (r.boolean()) {
     best.emplace();
     best->curve = {Curve::Kind::kBezier, MatrixXd(dimension(), options_.control_points), bounds_};
-    r.reals(numbers(best->curve.points));
-    best->cost = r.real();
-    best->task_costs = r.reals();
+    r.finite(numbers(best->curve.points));
+    best->cost = r.finite();
+    best->task_costs.resize(M);
+    r.finite(best->task_costs);
   }
-  std::vector<std::optional<std::vector<double>>> all_told(r.integer());
+  std::vector<std::optional<std::vector<double>>> all_told(r.count(sizeof(std::uint64_t)));
+  if (all_told.size() != static_cast<size_t>(candidates(s))) {
+    r.fail(fmt::format("it has {} candidates, expected {}", all_told.size(), candidates(s)));
+  }
   int count = 0;
   for (auto& told : all_told) {
     std::vector<double> costs = r.reals();
     if (costs.empty()) continue;
+    check_costs(costs);
     told = std::move(costs);
     ++count;
+  }
+  if (count == static_cast<int>(all_told.size())) {
+    r.fail("its generation is over, and was not learned from");
   }
   r.finish();
   state_ = std::move(s);

@@ -130,8 +130,11 @@ class ContextualCma : public FamilyOptimizer {
  private:
   int dimension() const { return static_cast<int>(options_.x0.size()); }
   int tasks() const { return static_cast<int>(options_.tasks.size()); }
-  bool curveIsDue() const;
-  int candidates() const { return state_.lambda + (curveIsDue() ? tasks() : 0); }
+  bool curveIsDue(const ContextualCmaState& s) const;
+  int candidates(const ContextualCmaState& s) const {
+    return s.lambda + (curveIsDue(s) ? tasks() : 0);
+  }
+  int lambdaAfter(int restarts) const;
   void beginRun();
   void draw();
   void update();

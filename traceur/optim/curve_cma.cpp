@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
@@ -394,36 +395,42 @@ void CurveCma::restore(std::string_view text) {
     refuse("cannot restore a state saved under other options (seed, x0, sigma, bounds, tasks …)");
   }
   CurveCmaState s = state_;
-  s.generation = r.integer();
-  s.first_id = r.integer();
-  s.measuring = r.integer() != 0;
-  s.measured = r.integer() != 0;
-  r.reals(numbers(s.points));
-  r.reals(numbers(s.proposed));
-  s.cost = r.real();
+  s.generation = r.integer(0, kMostGenerations);
+  s.first_id = r.integer(0, kMostTrials);
+  s.measuring = r.boolean();
+  s.measured = r.boolean();
+  r.finite(numbers(s.points));
+  r.finite(numbers(s.proposed));
+  s.cost = r.real(std::numeric_limits<double>::lowest(), kInfinity);
   r.reals(numbers(s.task_costs));
-  s.sigma = r.real();
-  s.p_success = r.real();
+  if (isCost(s.cost) && !s.task_costs.allFinite()) r.fail("a task of its curve has no cost");
+  s.sigma = r.positive();
+  s.p_success = r.real(0, 1);
   for (SuccessCovariance& shape : s.shapes) {
-    r.reals(numbers(shape.p_c));
-    r.reals(numbers(shape.L));
+    r.finite(numbers(shape.p_c));
+    r.finite(numbers(shape.L));
+    if (!(shape.L.diagonal().minCoeff() > 0)) r.fail("a task's covariance is none");
   }
   for (auto& elites : s.elites) {
     elites.clear();
-    for (std::uint64_t left = r.integer(); left > 0; --left) {
-      const double cost = r.real();
+    for (std::uint64_t left = r.integer(0, options_.elites); left > 0; --left) {
+      const double cost = r.finite();
       VectorXd x(n());
-      r.reals(numbers(x));
+      r.finite(numbers(x));
       elites.push_back({cost, std::move(x)});
     }
   }
-  s.all_failed = static_cast<int>(r.integer());
+  s.all_failed = static_cast<int>(r.integer(0, kMostInARow));
   s.stop = readStop(r);
   const int size = s.measuring ? taskCount() : options_.lambda;
   std::vector<bool> told(size);
-  for (int k = 0; k < size; ++k) told[k] = r.integer() != 0;
+  for (int k = 0; k < size; ++k) told[k] = r.boolean();
   MatrixXd costs(taskCount(), size);
   r.reals(numbers(costs));
+  if (costs.array().isInf().any()) r.fail("a trial has an infinite cost");
+  if (std::find(told.begin(), told.end(), false) == told.end()) {
+    r.fail("its generation is over, and was not learned from");
+  }
   r.finish();
 
   state_ = std::move(s);

@@ -16,6 +16,7 @@
 namespace traceur::optim {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint64_t kStateVersion = 2;
 constexpr std::string_view kPhi = "cma";
 constexpr std::string_view kIndividual = "individual";
@@ -49,17 +50,13 @@ void write(StateWriter& w, const MatrixXd& m) {
   w.reals(numbers(m));
 }
 
-/// A matrix of n rows, or an empty one.
-MatrixXd readMatrix(std::string_view who, StateReader& r, int n) {
-  const std::uint64_t rows = r.integer();
-  const std::uint64_t columns = r.integer();
-  const std::vector<double> values = r.reals();
-  if (values.empty()) return {};
-  if (rows != static_cast<std::uint64_t>(n) || columns != values.size() / n ||
-      values.size() % n != 0) {
-    throw InputError(fmt::format("{}: the state holds a matrix of a wrong size", who));
-  }
-  return Eigen::Map<const MatrixXd>(values.data(), n, static_cast<int>(columns));
+/// Of finite numbers, (n x columns).
+MatrixXd readMatrix(StateReader& r, int n, int columns) {
+  r.integer(n, n);
+  r.integer(columns, columns);
+  MatrixXd m(n, columns);
+  r.finite(numbers(m));
+  return m;
 }
 
 void write(StateWriter& w, const std::optional<Family>& family) {
@@ -71,14 +68,26 @@ void write(StateWriter& w, const std::optional<Family>& family) {
   w.reals(family->task_costs);
 }
 
-std::optional<Family> readFamily(std::string_view who, StateReader& r, int n) {
-  if (r.integer() == 0) return std::nullopt;
+/// A curve of that kind, (n x columns), and its costs of the tasks.
+std::optional<Family> readFamily(StateReader& r, Curve::Kind kind, int n, int columns, int tasks) {
+  if (!r.boolean()) return std::nullopt;
   Family family;
-  family.curve.kind = r.integer() != 0 ? Curve::Kind::kPolyline : Curve::Kind::kBezier;
-  family.curve.points = readMatrix(who, r, n);
-  family.cost = r.real();
-  family.task_costs = r.reals();
+  family.curve.kind = kind;
+  if (r.boolean() != (kind == Curve::Kind::kPolyline)) r.fail("its curve is of another kind");
+  family.curve.points = readMatrix(r, n, columns);
+  family.cost = r.finite();
+  family.task_costs.resize(tasks);
+  r.finite(family.task_costs);
   return family;
+}
+
+/// What a trial said of its task: nothing yet; NaN; or a cost.
+std::optional<double> readTold(StateReader& r) {
+  const bool told = r.boolean();
+  const double cost = r.real();
+  if (!told) return std::nullopt;
+  if (std::isinf(cost)) r.fail("a trial has an infinite cost");
+  return cost;
 }
 
 /// Options of CMA-ES in n variables as those in K copies of them.
@@ -185,20 +194,22 @@ void PhiCma::restore(std::string_view text) {
     throw InputError("cma: cannot restore a state saved for other tasks");
   }
   const std::string inner = r.text();
-  const std::optional<Family> best = readFamily(kPhi, r, n_);
+  const int K = static_cast<int>(cma_.options().x0.size()) / n_;
+  std::optional<Family> best = readFamily(r, Curve::Kind::kBezier, n_, K, taskCount());
   std::vector<std::optional<double>> told(told_.size());
-  for (std::optional<double>& cost : told) {
-    const bool has = r.integer() != 0;
-    const double value = r.real();
-    if (has) cost = value;
-  }
+  for (std::optional<double>& cost : told) cost = readTold(r);
   r.finish();
-  cma_.restore(inner);  // the last that may throw, and then nothing has changed
+  const auto told_count = static_cast<int>(
+      std::count_if(told.begin(), told.end(), [](const auto& cost) { return cost.has_value(); }));
+  if (told_count == count()) r.fail("its generation is over, and was not learned from");
+  CmaEs cma(cma_.options());
+  cma.restore(inner);
+  if (cma.toldCount() > 0) r.fail("its curves are told before their points are");
 
-  best_ = best;
+  cma_ = std::move(cma);
+  best_ = std::move(best);
   told_ = std::move(told);
-  told_count_ = static_cast<int>(
-      std::count_if(told_.begin(), told_.end(), [](const auto& cost) { return cost.has_value(); }));
+  told_count_ = told_count;
 }
 
 // ---- Tasks by themselves.
@@ -377,33 +388,47 @@ void IndividualCma::restore(std::string_view text) {
   const int n = static_cast<int>(options_.cma.x0.size());
   if (r.integer() != fingerprint()) refuse("saved under other options");
   IndividualCma other(options_);
-  other.generation_ = r.integer();
-  other.first_id_ = r.integer();
-  other.current_ = static_cast<int>(r.integer());
-  other.left_ = static_cast<int>(r.integer());
-  if (other.current_ < 0 || other.current_ >= taskCount()) refuse("of more tasks");
+  other.generation_ = r.integer(0, kMostGenerations);
+  other.first_id_ = r.integer(0, kMostTrials);
+  other.current_ = static_cast<int>(r.integer(0, taskCount() - 1));
+  other.left_ = static_cast<int>(r.integer(0, options_.turn));
   for (int i = 0; i < taskCount(); ++i) {
     Search& search = other.searches_[i];
     search = {};
-    if (r.integer() == 0) continue;
+    if (!r.boolean()) {
+      if (i == 0 || options_.turn == 0) r.fail("a task has no search");
+      continue;
+    }
     search.x0.resize(n);
-    r.reals(numbers(search.x0));
+    r.finite(numbers(search.x0));
     search.cma = searchFrom(i, search.x0);
     search.cma->restore(r.text());
-    search.cost = r.real();
-    search.best = readMatrix(kIndividual, r, n).reshaped();
+    if (search.cma->toldCount() > 0) r.fail("a search was told more than its task");
+    search.cost = r.real(std::numeric_limits<double>::lowest(), kInfinity);
+    if (isCost(search.cost)) {
+      search.best = readMatrix(r, n, 1);
+      const CmaEsOptions& o = options_.cma;
+      if (!((search.best.array() >= o.lower.array()).all() &&
+            (search.best.array() <= o.upper.array()).all())) {
+        r.fail("a task's best lies outside the bounds");
+      }
+    } else {
+      r.integer(0, 0);
+      r.integer(0, 1);
+      r.integer(0, 0);
+    }
     search.stop = readStop(r);
   }
   other.stop_ = readStop(r);
-  other.best_ = readFamily(kIndividual, r, n);
+  other.best_ = readFamily(r, Curve::Kind::kPolyline, n, knots_, taskCount());
   other.asked_ = other.gather();
   if (r.integer() != other.asked_.size()) refuse("of another number of candidates");
   for (Asked& asked : other.asked_) {
-    const bool has = r.integer() != 0;
-    const double value = r.real();
-    if (!has) continue;
-    asked.cost = value;
-    ++other.told_count_;
+    asked.cost = readTold(r);
+    other.told_count_ += asked.cost.has_value();
+  }
+  if (!other.asked_.empty() && other.told_count_ == static_cast<int>(other.asked_.size())) {
+    r.fail("its generation is over, and was not learned from");
   }
   r.finish();
   *this = std::move(other);

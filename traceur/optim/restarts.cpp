@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
@@ -74,6 +75,11 @@ void Restarts::tell(std::uint64_t id, const Evaluation& evaluation) {
   if (cma_->state().generation != generation) endGeneration();
 }
 
+/// λ of the k-th large descent after the first.
+double Restarts::grown(std::uint64_t k) const {
+  return std::min<double>(kMaxLambda, std::floor(options_.lambda * std::pow(restarts_.growth, k)));
+}
+
 void Restarts::endGeneration() {
   const std::uint64_t used = cma_->state().generation * s_.lambda;
   const bool spent = s_.small && 2 * used >= s_.latest_large;
@@ -85,10 +91,6 @@ void Restarts::endGeneration() {
   next.used[s_.small] += used;
   if (!s_.small) next.latest_large = used;
   ++next.descents;
-  const auto grown = [this](std::uint64_t k) {
-    return std::min<double>(kMaxLambda,
-                            std::floor(options_.lambda * std::pow(restarts_.growth, k)));
-  };
   // After the first descent a large one, whose trials are counted together with the first's.
   next.small = restarts_.bipop && s_.grown > 0 && next.used[1] < next.used[0];
   if (next.small) {
@@ -140,15 +142,21 @@ void Restarts::restore(std::string_view text) {
   StateReader r(text, kKind, kStateVersion);
   if (r.integer() != fingerprint()) refuse("cannot restore a state saved under other options");
   State s;
-  s.descents = r.integer();
-  s.grown = r.integer();
-  s.small = r.integer() != 0;
-  for (std::uint64_t* v : {&s.lambda, &s.first_id, &s.used[0], &s.used[1], &s.latest_large}) {
-    *v = r.integer();
+  s.descents = r.integer(1, kMostTrials);
+  s.grown = r.integer(0, static_cast<std::uint64_t>(restarts_.restarts));
+  s.small = r.boolean();
+  s.lambda = r.integer(2, static_cast<std::uint64_t>(
+                              std::max(grown(s.grown), static_cast<double>(options_.lambda))));
+  for (std::uint64_t* v : {&s.first_id, &s.used[0], &s.used[1], &s.latest_large}) {
+    *v = r.integer(0, kMostTrials);
   }
-  s.sigma = r.real();
+  s.sigma = r.real(std::numeric_limits<double>::denorm_min(), options_.sigma);
   const std::string inner = r.text();
   r.finish();
+  if (s.descents == 1 && s.lambda != static_cast<std::uint64_t>(options_.lambda)) {
+    r.fail("its first descent has another population");
+  }
+  if (s.lambda > inner.size()) r.fail("its population is larger than what it remembers of it");
   std::unique_ptr<CmaEs> cma = make(s);
   cma->restore(inner);
   s_ = s;

@@ -55,6 +55,7 @@ class Restarts : public Optimizer {
   };
 
   std::unique_ptr<CmaEs> make(const State& state) const;
+  double grown(std::uint64_t k) const;
   void endGeneration();
   std::uint64_t fingerprint() const;
 
