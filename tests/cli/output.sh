@@ -117,12 +117,12 @@ printf 'name = "x"\n"a\\u001b[31m\\nb" = 1\n' >key.toml
 "$traceur" learn key.toml 2>err; harmless err
 "$traceur" minimise --var x=0:1 --out m.run -- sh -c 'while read x; do printf "\033[31mone\a\n"; done' 2>err; harmless err
 grep -q 'x1b\[31mone' err || wrong "minimise: the answer is not shown: $(cat -v err)"
-# What is in a run file is no more to be trusted.
+# What is in a run file is no more to be trusted; what is no text is refused.
 python3 - one.run <<'END'
 import sqlite3, sys
 db = sqlite3.connect(sys.argv[1])
 for key in ("verb", "skill", "command", "optimiser", "stop", "task_unit"):
-    db.execute("INSERT OR REPLACE INTO meta VALUES(?, CAST(? AS TEXT))", (key, b"\xff\x1b[31m\n\xc2\x9b x"))
+    db.execute("INSERT OR REPLACE INTO meta VALUES(?, ?)", (key, "\x1b[31m\n\x9b x"))
 db.commit()
 END
 "$traceur" show one.run >show.out 2>&1 || wrong "show: $(cat -v show.out)"

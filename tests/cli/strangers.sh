@@ -45,12 +45,13 @@ refused 'view.run: not a run file of this version' -- show "$dir/view.run"
 run bytes "UPDATE meta SET value = CAST(x'ff' AS TEXT) WHERE key = 'skill'"
 refused 'bytes.run: not a run file of this version' -- show "$dir/bytes.run"
 refused 'bytes.run: not a run file of this version' -- show "$dir/bytes.run" --json
-run blob "UPDATE trial SET cost = 'cheap'"
+run blob "UPDATE trial SET cost = 'cheap'" "DELETE FROM meta WHERE key = 'family_costs'"
 refused 'blob.run: not a run file of this version' -- plot "$dir/blob.run" --what cost
 
 mkfifo "$dir/pipe.toml" "$dir/pipe.xml"
 refused 'a pipe that is not at its end' -- learn "$dir/pipe.toml" --out "$dir/none.run"
-refused 'got a device' -- inspect /dev/zero
+printf '<mujoco><include file="/dev/zero"/></mujoco>' >"$dir/zero.xml"
+refused 'got a device' -- inspect "$dir/zero.xml"
 printf '<mujoco><include file="pipe.xml"/></mujoco>' >"$dir/includes.xml"
 refused 'pipe.xml' -- inspect "$dir/includes.xml"
 python3 -c 'print("name = 1\n" + "a." * 31000 + "b = 1")' >"$dir/dots.toml"

@@ -38,7 +38,7 @@ expect 2 'got a folder' -- learn tests
 expect 2 '--budget' -- learn "$nod" --budget 0 --out "$dir/a.run"
 expect 2 '--budget' -- learn "$nod" --budget many --out "$dir/a.run"
 expect 2 '--task 7 rad' '[0, 1]' -- learn "$nod" --task 7 --out "$dir/a.run"
-expect 2 '--task nan' -- learn "$nod" --task nan --out "$dir/a.run"
+expect 2 '--task' 'got nan' -- learn "$nod" --task nan --out "$dir/a.run"
 expect 2 'cma-es' -- learn "$nod" --optimiser cma --out "$dir/a.run"
 expect 1 '/proc/nowhere' -- learn "$nod" --out /proc/nowhere/a.run
 printf 'name = "x"\nrobot = \n' >"$dir/bad.toml"
@@ -116,11 +116,11 @@ expect 2 '--seed' 'got 18446744073709551616' -- learn "$nod" --seed 184467440737
 expect 2 '--seed' 'got 0x10' -- learn "$nod" --seed 0x10 --out "$dir/none.run"
 expect 2 '--budget' -- learn "$nod" --budget 4294967296 --out "$dir/none.run"
 for number in nan inf -inf 1e999; do  # of every verb, by name
-  expect 2 '--push' "got $number" -- fall --robot bioloid-gp --push=$number
-  expect 2 '--step-size' "got $number" -- learn "$nod" --step-size=$number --out "$dir/none.run"
-  expect 2 '--target' "got $number" -- minimise --var x=0:1 --target=$number -- false
-  expect 2 '--angle' "got $number" -- balance fit --angle=$number
-  expect 2 '--speed' "got $number" -- render "$dir/none.run" "$dir/a.mp4" --speed=$number
+  expect 2 '--push' -- fall --robot bioloid-gp --push=$number
+  expect 2 '--step-size' -- learn "$nod" --step-size=$number --out "$dir/none.run"
+  expect 2 '--target' -- minimise --var x=0:1 --target=$number -- false
+  expect 2 '--angle' -- balance fit --angle=$number
+  expect 2 '--speed' -- render "$dir/none.run" "$dir/a.mp4" --speed=$number
 done
 expect 2 'expected a number in [0, 18446744073709551615], got -1' -- learn "$nod" --seed -1 --out "$dir/none.run"
 sed '/^range = /d; /^default = /d' "$nod" >"$dir/no-range.toml"

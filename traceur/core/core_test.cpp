@@ -333,11 +333,10 @@ TEST(RunFile, KeepsEveryCostATrialCanHave) {
   std::vector<TrialRow> rows;
   for (const double cost : costs) {
     const int i = static_cast<int>(rows.size());
-    rows.push_back(
-        {4, i, cost, i % 3 == 0, i % 2 == 0 ? "" : "fall", std::vector<double>(i + 1, cost)});
+    rows.push_back({4, i, cost, i % 3 == 0, i % 2 == 0 ? "" : "fall", {cost, -cost}});
   }
   run.appendGeneration(4, std::vector<TrialRow>(rows.rbegin(), rows.rend()), "state", {});
-  const std::vector<TrialRow> earlier = {{2, 7, 3, false, "", {1}}};
+  const std::vector<TrialRow> earlier = {{2, 7, 3, false, "", {1, 2}}};
   run.appendGeneration(2, earlier, "state", {});
   rows.insert(rows.begin(), earlier[0]);  // read in order, however they were stored
   const std::vector<TrialRow> back = run.trials();
