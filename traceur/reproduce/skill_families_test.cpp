@@ -110,6 +110,43 @@ TEST(SkillFamilies, TellTrialsToTheLevelOfThePublishedOptimiser) {
   EXPECT_EQ(costs.cells[7][column("CMA-ES")].value, 1.0);
 }
 
+TEST(SkillFamilies, SumUpTheCostsOfManyTasks) {
+  const Table table = figure34();
+  Results runs(table);
+  std::vector<Point> points;
+  for (int i = 0; i < 51; ++i) points.push_back({0.02 + 0.001 * i, 0.001 * ((i * 20) % 51)});
+  runs.add({0, 2, 1}, {4000, false, points});
+  runs.add({0, 3, 1}, {5000, false, {}});
+  const Results told = table.readings(runs).at(0);
+  const Summary s = summarise(told);
+  ASSERT_EQ(told.table().rows.size(), 5U);
+  EXPECT_EQ(told.table().rows[4].name, "jump largest");
+  EXPECT_EQ(told.table().rows[4].group, "jump");
+  const double expected[] = {4000, 0, 0.025, 0.025, 0.05};  // of 0, 0.001, … 0.05
+  for (int row = 0; row < 5; ++row) {
+    EXPECT_NEAR(s.cells[row][2].value, expected[row], 1e-12) << row;
+    EXPECT_EQ(std::isinf(s.cells[row][3].value), row > 0) << row;  // not one curve
+    EXPECT_EQ(s.cells[row][0].runs, 0);
+  }
+  EXPECT_EQ(s.cells[2][1].printed, .00089);
+}
+
+TEST(SkillFamilies, KeepTheRowsOfEachSkillApart) {
+  const Table table = families();
+  Results runs(table);
+  for (int row = 0; row < static_cast<int>(table.rows.size()); ++row) {
+    runs.add({row, 1, 1}, {1000.0 + row, false, {{0.1, 0.002}, {0.2, 0.001 * (row + 3)}}});
+  }
+  const Results told = table.readings(runs).at(0);
+  const Summary s = summarise(told);
+  ASSERT_EQ(told.table().rows.size(), 5 * table.rows.size());
+  for (size_t row = 0; row < table.rows.size(); ++row) {
+    EXPECT_EQ(told.table().rows[5 * row + 3].name, table.rows[row].name + " largest error");
+    EXPECT_EQ(s.cells[5 * row][1].value, 1000.0 + static_cast<double>(row));
+    EXPECT_EQ(s.cells[5 * row + 4][1].value, 0);
+  }
+}
+
 TEST(SkillFamilies, CountAFallAsAnInfiniteError) {
   const Table table = families();
   Results runs(table);

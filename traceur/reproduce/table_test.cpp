@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <numeric>
 #include <sstream>
 
@@ -283,6 +284,54 @@ TEST_F(TableFile, RefusesForeignFilesByLine) {
   refused(head + "a,slow,1,much,0\n", "x.csv:3");
   refused(head + "a,slow,1\n", "5 fields");
   EXPECT_THROW(Results::read(table, dir / "none.csv"), SystemError);
+}
+
+/// What a table copies from print, added up with weights that tell places apart.
+double printedSum(const Table& t) {
+  double sum = 0;
+  int n = 0;
+  const auto add = [&](double x) {
+    if (!std::isnan(x)) sum += x * (1 + 0.01 * n++);
+  };
+  for (const Column& c : t.columns) {
+    for (const double x : c.printed) add(x);
+  }
+  for (const Ratio& r : t.ratios) {
+    for (const double x : r.printed) add(x);
+  }
+  if (t.readings) {
+    for (const Results& reading : t.readings(Results(t))) add(printedSum(reading.table()));
+  }
+  if (!t.printed_points) return sum;
+  for (int row = 0; row < static_cast<int>(t.rows.size()); ++row) {
+    for (int column = 0; column < static_cast<int>(t.columns.size()); ++column) {
+      for (const Point& p : t.printed_points(row, column)) {
+        add(p.x);
+        add(p.y);
+      }
+    }
+  }
+  return sum;
+}
+
+/// Nothing but the source tells whether a copied number is right: the sums are those of what is
+/// copied, so that none changes unseen. Whoever mends a number mends its sum.
+TEST(Tables, CopyWhatIsPrinted) {
+  std::map<std::string, double> sums;
+  for (const Table& t : allTables()) {
+    if (const double sum = printedSum(t); sum != 0) sums[t.name] = sum;
+  }
+  const std::map<std::string, double> expected = {
+      {"figure-22", 90.16952},  {"figure-32", 717519.6826}, {"figure-33", 130207.4132},
+      {"figure-34", 2.3706476}, {"figure-41", 4390110.44},  {"table-11", 112770.5658},
+      {"table-13", 468.50109},  {"table-3", 6.605641},      {"table-4", 3471.151},
+      {"table-7", 8164.152},    {"table-8", 6837.096},      {"table-9", 22326.688},
+      {"tables-7-9", 35090.712}};
+  for (const auto& [name, sum] : sums) {
+    const auto known = expected.find(name);
+    EXPECT_NEAR(sum, known == expected.end() ? 0 : known->second, 1e-9 * std::abs(sum)) << name;
+  }
+  EXPECT_EQ(sums.size(), expected.size());
 }
 
 TEST(Tables, TheFallsOfFigure22GoForwardAndDown) {

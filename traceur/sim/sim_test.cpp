@@ -575,10 +575,10 @@ TEST(Model, StandsOnItsLowestPointWhateverItsShape) {
       {"type='ellipsoid' size='.1 .2 .3'", std::hypot(.2 * n, .3 * c)}};
   for (const auto& [shape, height] : shapes) {
     const auto model = Model::fromMjcf(
-        "<mujoco><worldbody><body><freejoint/><geom type='sphere' size='.01' pos='0 0 0'/>"
-        "<geom euler='22.9183118 0 0' " +
+        "<mujoco><worldbody><body><freejoint/><geom type='sphere' size='.01' pos='0 0 2'/>"
+        "<geom pos='.3 .2 .7' euler='22.9183118 0 0' " +
         std::string(shape) + "/></body></worldbody></mujoco>");
-    EXPECT_NEAR(model->stateOf({}).q[2], height, 1e-6) << shape;
+    EXPECT_NEAR(model->stateOf({}).q[2], height - .7, 1e-6) << shape;
   }
   // A mesh by its vertices.
   const Vector3d corners[] = {{-.1, -.2, -.3}, {.4, -.1, -.2}, {.05, .5, -.25}, {.1, .15, .6}};
@@ -588,11 +588,11 @@ TEST(Model, StandsOnItsLowestPointWhateverItsShape) {
     vertices += fmt::format("{} {} {} ", v.x(), v.y(), v.z());
     lowest = std::min(lowest, n * v.y() + c * v.z());
   }
-  const auto model = Model::fromMjcf(
-      "<mujoco><asset><mesh name='m' vertex='" + vertices +
-      "'/></asset><worldbody><body><freejoint/><geom type='mesh' mesh='m' euler='22.9183118 0 0'/>"
-      "</body></worldbody></mujoco>");
-  EXPECT_NEAR(model->stateOf({}).q[2], -lowest, 1e-6);
+  const auto model = Model::fromMjcf("<mujoco><asset><mesh name='m' vertex='" + vertices +
+                                     "'/></asset><worldbody><body><freejoint/><geom type='mesh' "
+                                     "mesh='m' pos='.3 .2 .7' euler='22.9183118 0 0'/>"
+                                     "</body></worldbody></mujoco>");
+  EXPECT_NEAR(model->stateOf({}).q[2], -lowest - .7, 1e-6);
 }
 
 TEST(Scene, MistakesInPropsAndSurfacesNameThem) {
