@@ -81,7 +81,7 @@ optim::Evaluation ExternalProblem::evaluate(const VectorXd& x) const {
     const bool is_new = !process;
     if (is_new) process = start();
     try {
-      const optim::Evaluation evaluation = parse(ask(*process, is_new, question));
+      optim::Evaluation evaluation = parse(ask(*process, is_new, question));
       const std::scoped_lock lock(mutex_);
       idle_.push_back(std::move(process));
       return evaluation;

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
+#include <filesystem>
 
 namespace traceur {
 namespace {
@@ -198,7 +199,7 @@ std::vector<std::string> pathsOf(const std::string& program) {
   for (size_t from = 0; from <= folders.size();) {
     const size_t to = std::min(folders.find(':', from), folders.size());
     const std::string folder = folders.substr(from, to - from);
-    paths.push_back(folder.empty() ? program : folder + "/" + program);
+    paths.push_back((std::filesystem::path(folder) / program).string());
     from = to + 1;
   }
   return paths;

@@ -195,7 +195,7 @@ TEST(Process, WaitsAreGivenUpWhenAsked) {
   EXPECT_THROW(deaf.readLine(), Process::GivenUp);
   Process full({"sleep", "1000"}, kTalk);
   full.heed(source.get_token(), 0.2);
-  EXPECT_THROW(full.write(std::string(10'000'000, 'x')), Process::GivenUp);
+  EXPECT_THROW(full.write(std::string(1'000'000, 'x')), Process::GivenUp);
   Process endless({"sleep", "1000"});
   endless.heed(source.get_token(), 0.2);
   EXPECT_THROW(endless.finish(), Process::GivenUp);

@@ -57,7 +57,8 @@ struct RunFile::Impl {
       return;
     }
     try {
-      if (lock = FileLock::tryToTake(file)) {
+      lock = FileLock::tryToTake(file);
+      if (lock) {
         openDatabase(true);
         execute("PRAGMA schema_version", "cannot be taken back to its last whole generation");
         lock.reset();

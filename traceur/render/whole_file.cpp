@@ -54,7 +54,7 @@ bool isWholePng(const std::filesystem::path& file) {
   while (in.left() > 0) {
     const std::uint64_t length = in.number(4);
     type = in.take(4);
-    constexpr int kChecksum = 4;
+    static constexpr int kChecksum = 4;
     if (!in.skip(length + kChecksum)) return false;
   }
   return type == "IEND";
@@ -62,7 +62,7 @@ bool isWholePng(const std::filesystem::path& file) {
 
 bool isWholeSvg(const std::filesystem::path& file) {
   Reader in(file);
-  constexpr std::uint64_t kEnough = 64;
+  static constexpr std::uint64_t kEnough = 64;
   in.skip(in.left() - std::min(in.left(), kEnough));
   std::string end = in.take(kEnough);
   while (!end.empty() && (end.back() == '\n' || end.back() == ' ')) end.pop_back();
