@@ -116,11 +116,11 @@ expect 2 '--seed' 'got 18446744073709551616' -- learn "$nod" --seed 184467440737
 expect 2 '--seed' 'got 0x10' -- learn "$nod" --seed 0x10 --out "$dir/none.run"
 expect 2 '--budget' -- learn "$nod" --budget 4294967296 --out "$dir/none.run"
 for number in nan inf -inf 1e999; do  # of every verb, by name
-  expect 2 '--push' -- fall --robot bioloid-gp --push=$number
-  expect 2 '--step-size' -- learn "$nod" --step-size=$number --out "$dir/none.run"
-  expect 2 '--target' -- minimise --var x=0:1 --target=$number -- false
-  expect 2 '--angle' -- balance fit --angle=$number
-  expect 2 '--speed' -- render "$dir/none.run" "$dir/a.mp4" --speed=$number
+  expect 2 '--push' "$number" -- fall --robot bioloid-gp --push=$number
+  expect 2 '--step-size' "$number" -- learn "$nod" --step-size=$number --out "$dir/none.run"
+  expect 2 '--target' "$number" -- minimise --var x=0:1 --target=$number -- false
+  expect 2 '--angle' "$number" -- balance fit --angle=$number
+  expect 2 '--speed' "$number" -- render "$dir/none.run" "$dir/a.mp4" --speed=$number
 done
 expect 2 'expected a number in [0, 18446744073709551615], got -1' -- learn "$nod" --seed -1 --out "$dir/none.run"
 sed '/^range = /d; /^default = /d' "$nod" >"$dir/no-range.toml"

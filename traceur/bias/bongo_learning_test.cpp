@@ -290,6 +290,7 @@ TEST(BongoLearning, AHeavierMachineIsToldThroughTheStrongestNoise) {
   VectorXd parameters(5);  // balances on it
   parameters << 7.4, 3.1, -2.45, -1.3, 5.45;
   std::vector<RunLog> logs;
+  logs.reserve(2);
   for (int i = 0; i < 2; ++i) logs.push_back(runMachine(machine, {}, parameters, 1, i).log);
   const auto models = bongoLearner({})(logs, 1);
   EXPECT_TRUE(models.by_chance);

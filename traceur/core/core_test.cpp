@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <set>
 
@@ -327,8 +328,9 @@ TEST(RunFile, KeepsWhatItWasGiven) {
 }
 
 TEST(RunFile, KeepsEveryCostATrialCanHave) {
-  const double costs[] = {NAN,   INFINITY, -INFINITY, 0,    -1.5,   0.1,
-                          1e300, -1e300,   5e-324,    1e16, 1.0 / 3};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double costs[] = {NAN,   kInfinity, -kInfinity, 0,    -1.5,   0.1,
+                          1e300, -1e300,    5e-324,     1e16, 1.0 / 3};
   RunFile run = RunFile::create(scratch() / "a.run", kMeta);
   std::vector<TrialRow> rows;
   for (const double cost : costs) {

@@ -52,14 +52,19 @@ FallState randomStart(double r, int i) {
   return {0, 0, {.theta = random.uniform(-0.1, 0.2), .r = r, .theta_rate = random.uniform(0.4, 2)}};
 }
 
-std::string complaint(const std::string& toml) {
+/// Atlas with this text as its falls.toml.
+FallRobot fallsFromText(const std::string& toml) {
   const TestFolder folder;
   const auto file = folder / "falls.toml";
   std::ofstream(file) << "robot = \""
                       << std::filesystem::absolute("models/atlas/robot.toml").string() << "\"\n"
                       << toml;
+  return FallRobot::fromFile(file);
+}
+
+std::string complaint(const std::string& toml) {
   try {
-    FallRobot::fromFile(file);
+    fallsFromText(toml);
   } catch (const InputError& e) {
     return e.what();
   }
@@ -110,6 +115,104 @@ TEST(FallRobot, NamesWhatARangeGetsWrong) {
             std::string::npos);
   EXPECT_NE(with("leg_kny = [1, 0]").find("expected [min, max]"), std::string::npos);
   EXPECT_EQ(with("leg_kny = [0.2, 2]"), "");
+}
+
+TEST(FallRobot, EveryKeyIsReadIntoItsPlace) {
+  const FallRobot f = fallsFromText(R"(
+push_body = "pelvis"
+head = "head"
+tuck = "tuck"
+joints = ["leg_kny", "arm_elx"]
+rod_speed = 0.31
+stopper_speed = 3.1
+stiffness = 0.9
+least_interval = 0.02
+damping = 1.1
+rest_stiffness = 0.7
+rest_damping = 0.6
+support = 0.5
+ramp = 0.4
+rest_height = 0.3
+[ranges]
+leg_kny = [0.2, 2]
+arm_elx = [0.5, 1]
+[[fall]]
+stance = "two_feet"
+direction = "backward"
+rod_speed = 0.6
+stands = false
+without.hands = { stopper_speed = 7 }
+[fall.graph]
+feet = { points = ["left_heel", "right_heel"], next = ["hands", "hips"] }
+hips = { points = ["hips"] }
+hands = { points = ["left_hand"], next = ["hips"] }
+[[fall]]
+stance = "one_foot"
+direction = "forward"
+stiffness = 0.8
+[fall.graph]
+foot = { points = ["right_toe"], next = ["head"] }
+head = { points = ["head"] }
+)");
+  EXPECT_EQ(f.robot->name, "atlas");
+  EXPECT_EQ(f.push_body + f.head + f.tuck, "pelvisheadtuck");
+  EXPECT_EQ(f.joints, std::vector<std::string>({"leg_kny", "arm_elx"}));
+  EXPECT_EQ(f.least_interval, 0.02);
+  const FallTracking& t = f.tracking;
+  EXPECT_EQ((std::vector<double>{t.damping, t.rest_stiffness.value_or(0), t.rest_damping, t.support,
+                                 t.ramp, t.rest_height}),
+            (std::vector<double>{1.1, 0.7, 0.6, 0.5, 0.4, 0.3}));
+  using Range = std::pair<double, double>;
+  EXPECT_EQ(f.ranges.at("l_leg_kny"), Range(0.2, 2));
+  EXPECT_EQ(f.ranges.at("r_leg_kny"), Range(0.2, 2));
+  EXPECT_EQ(f.ranges.at("l_arm_elx"), Range(0.5, 1));
+  EXPECT_EQ(f.ranges.at("r_arm_elx"), Range(-1, -0.5));  // mirrored
+  ASSERT_EQ(f.setups.size(), 2U);
+  const FallSetup& back = f.setup("two_feet", "backward");
+  EXPECT_EQ(&back, &f.setups[0]);
+  EXPECT_FALSE(back.stands);
+  EXPECT_EQ(back.sign(), -1);
+  const auto quick = [](const FallSetup& s) {
+    return std::vector<double>{s.quick.rod_speed, s.quick.stopper_speed, s.quick.stiffness};
+  };
+  EXPECT_EQ(quick(back), (std::vector<double>{0.6, 3.1, 0.9}));
+  EXPECT_EQ(quick(back.without("hands")), (std::vector<double>{0.6, 7, 0.9}));
+  EXPECT_EQ(back.graph.edges, (std::vector<std::vector<int>>{{2, 1}, {}, {1}}));
+  EXPECT_EQ(back.graph.nodes[0].points, std::vector<std::string>({"left_heel", "right_heel"}));
+  const FallSetup& forward = f.setup("one_foot", "forward");
+  EXPECT_TRUE(forward.stands);
+  EXPECT_EQ(forward.sign(), 1);
+  EXPECT_EQ(quick(forward), (std::vector<double>{0.31, 3.1, 0.8}));
+  EXPECT_THROW(f.setup("one_foot", "backward"), InputError);
+
+  const FallTracking usual = fallsFromText(std::string(kHead) + kGraph).tracking;
+  const FallTracking said;
+  EXPECT_FALSE(usual.rest_stiffness);
+  EXPECT_EQ(usual.rest_damping, usual.damping);
+  EXPECT_EQ((std::vector<double>{usual.damping, usual.support, usual.ramp, usual.rest_height}),
+            (std::vector<double>{said.damping, said.support, said.ramp, said.rest_height}));
+}
+
+TEST(FallRobot, NumbersEndWhereTheySay) {
+  for (const char* factor : {"damping", "rest_stiffness", "rest_damping", "support", "ramp",
+                             "rest_height", "least_interval", "stiffness"}) {
+    const std::string key = factor;
+    EXPECT_EQ(complaintWith(key + " = 0", "[[fall]]"), "") << key;
+    EXPECT_NE(complaintWith(key + " = -0.01", "[[fall]]").find(key), std::string::npos) << key;
+  }
+  const auto with = [](const std::string& from, const std::string& to) {
+    std::string text = std::string(kHead) + kGraph;
+    return complaint(text.replace(text.find(from), from.size(), to));
+  };
+  EXPECT_EQ(with("rod_speed = 0.3", "rod_speed = 0"), "");
+  EXPECT_NE(with("rod_speed = 0.3", "rod_speed = -0.1"), "");
+  EXPECT_NE(with("rod_speed = 0.3\n", "").find("rod_speed"), std::string::npos);
+  EXPECT_NE(with("stopper_speed = 3\n", "").find("stopper_speed"), std::string::npos);
+  EXPECT_NE(with("\"forward\"", "\"sideways\"").find("forward or backward"), std::string::npos);
+  EXPECT_NE(with("\"head\"", "\"haed\"").find("Did you mean \"head\"?"), std::string::npos);
+  EXPECT_NE(with("\"tuck\"", "\"tukc\"").find("Did you mean \"tuck\"?"), std::string::npos);
+  EXPECT_NE(with("\"two_feet\"", "\"two_fete\"").find("two_feet"), std::string::npos);
+  EXPECT_NE(complaintWith("[ranges]\nleg_kny = [1, 1]", "[[fall]]"), "");
 }
 
 TEST(FallRobot, RangesHoldForBothSidesOfAPairAndWithinTheRobotsLimits) {
@@ -536,6 +639,7 @@ TEST(Planner, AHeldPoseHitsTheGroundPartByPart) {
   // Where the tips are, seen from the COM: the body turns with the rod between impacts, and not in
   // one, whatever the new rod's direction is.
   std::vector<double> world;
+  world.reserve(parts.size());
   for (const HeldPart& part : parts) world.push_back(start.pendulum.theta + part.theta2);
   PendulumState s = start.pendulum;
   double time = start.time;

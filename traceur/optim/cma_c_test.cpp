@@ -47,7 +47,7 @@ TEST(CmaC, TriesFewerInfeasiblePointsThanCmaEs) {
         plain.tell(p.id, e);
       }
       step(c, [&](auto& x) {
-        const Evaluation e = halfPlane(x);
+        Evaluation e = halfPlane(x);
         infeasible[1] += !e.feasible();
         if (e.feasible()) best = std::min(best, e.cost);
         return e;

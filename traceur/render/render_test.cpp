@@ -1146,7 +1146,8 @@ TEST(Figure, PanelsStandInAGridThatFillsIt) {
       SCOPED_TRACE(i);
       EXPECT_NEAR(900 * at[i][0], 450 * (i % 2) + 80, 0.1);
       EXPECT_NEAR(900 * at[i][1], 450 * (i % 2 + 1) - 18, 0.1);
-      const double top = 34 + 200 * (i / 2);
+      const int row = i / 2;
+      const double top = 34 + 200 * row;
       EXPECT_NEAR(height * (1 - at[i][2]), top + 12 + 22, 0.1);  // a row for title and legend
       EXPECT_NEAR(height * (1 - at[i][3]), top + 200 - 26 - (shared ? 0 : 22), 0.1);
     }
@@ -1345,6 +1346,7 @@ sim::Recording withJoints(const std::vector<std::string>& joints) {
 TEST(StandardFigures, MoreJointsStandInMoreColumns) {
   const auto figure = [](int n) {
     std::vector<std::string> joints;
+    joints.reserve(n);
     for (int i = 0; i < n; ++i) joints.push_back("joint" + std::to_string(i));
     const Figure f = jointFigure(withJoints(joints));
     EXPECT_EQ(static_cast<int>(f.panels.size()), std::max(n, 1));

@@ -114,6 +114,7 @@ TEST(SkillFamilies, SumUpTheCostsOfManyTasks) {
   const Table table = figure34();
   Results runs(table);
   std::vector<Point> points;
+  points.reserve(51);
   for (int i = 0; i < 51; ++i) points.push_back({0.02 + 0.001 * i, 0.001 * ((i * 20) % 51)});
   runs.add({0, 2, 1}, {4000, false, points});
   runs.add({0, 3, 1}, {5000, false, {}});

@@ -611,8 +611,12 @@ TEST(Rollout, MeasuresAreThoseOfTheStepsTheySee) {
   const auto measured = [&](const std::string& during) {
     std::string rows = "[measures]\n";
     for (const std::string& take : takes) {
-      rows += take + "_of = { of = \"(time - 0.13)^2 - 0.004\", take = \"" + take + "\"" + during +
-              " }\n";
+      rows += take;
+      rows += "_of = { of = \"(time - 0.13)^2 - 0.004\", take = \"";
+      rows += take;
+      rows += "\"";
+      rows += during;
+      rows += " }\n";
     }
     const auto skill = fromText(replaced(kNod, "[measures]\n", rows));
     return Runner(skill).run(VectorXd::Constant(1, 0.3), 0.1).measures;
@@ -626,7 +630,7 @@ TEST(Rollout, MeasuresAreThoseOfTheStepsTheySee) {
                {", during = [\"bend\", \"hold\"]", 0, 200}};
   for (const auto& [during, begin, end] : cases) {
     SCOPED_TRACE(during);
-    double min = INFINITY, max = -INFINITY, sum = 0, integral = 0;
+    double min = signal(begin), max = min, sum = 0, integral = 0;
     for (int i = begin; i <= end; ++i) {
       min = std::min(min, signal(i));
       max = std::max(max, signal(i));
