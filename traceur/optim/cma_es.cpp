@@ -395,7 +395,7 @@ void CmaEs::moveBasis() {
   if (!T.allFinite()) return;  // the search has run off the numbers; findStop() will say so
   const Eigen::JacobiSVD<MatrixXd> svd(T, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const VectorXd& values = svd.singularValues();  // falling
-  const MatrixXd V = svd.matrixV();
+  const MatrixXd& V = svd.matrixV();
   s.p_sigma = V.transpose() * (s.B.transpose() * s.p_sigma).eval();
   s.p_c = V.transpose() * (s.B.transpose() * s.p_c).cwiseQuotient(s.D).eval();
   s.axes = svd.matrixU();

@@ -84,6 +84,10 @@ class InUnits : public Base {
   void restore(std::string_view state) override { inner_->restore(state); }
 
  protected:
+  const Units& units() const { return units_; }
+  const Base& inner() const { return *inner_; }
+
+ private:
   Units units_;
   std::unique_ptr<Base> inner_;
 };
@@ -93,13 +97,13 @@ class FamilyInUnits : public InUnits<FamilyOptimizer> {
   using InUnits::InUnits;
 
   std::optional<Family> best() const override {
-    std::optional<Family> family = inner_->best();
+    std::optional<Family> family = inner().best();
     if (!family) return family;
-    for (auto point : family->curve.points.colwise()) point = units_.outward(point);
+    for (auto point : family->curve.points.colwise()) point = units().outward(point);
     if (family->curve.bounds.any()) {
-      const Eigen::Index n = units_.lower().size();
-      const VectorXd steps = units_.outward(VectorXd::Ones(n));  // of variables with one bound
-      family->curve.bounds = BoundFold(units_.lower(), units_.upper(), steps);
+      const Eigen::Index n = units().lower().size();
+      const VectorXd steps = units().outward(VectorXd::Ones(n));  // of variables with one bound
+      family->curve.bounds = BoundFold(units().lower(), units().upper(), steps);
     }
     return family;
   }
