@@ -12,7 +12,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <new>
 
 #include "traceur/core/error.h"
@@ -54,6 +56,15 @@ rlim_t memoryInUse() {
   std::ifstream("/proc/self/statm") >> pages;
   return static_cast<rlim_t>(pages) * sysconf(_SC_PAGESIZE);
 }
+
+#ifdef TRACEUR_SANITIZED
+/// With more than one, a copy of a sanitized process may wait for ever: for a lock of the
+/// sanitizer's that another thread had.
+long threads() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/task"),
+                       std::filesystem::directory_iterator());
+}
+#endif
 
 void limit(const GuardLimits& limits, rlim_t in_use) {
   const rlim_t seconds = limits.seconds;
@@ -104,6 +115,9 @@ std::string hear(int from, double seconds) {
 
 std::string guarded(std::string_view what, const std::function<std::string()>& work,
                     const GuardLimits& limits) {
+#ifdef TRACEUR_SANITIZED
+  if (threads() > 1) return work();
+#endif
   int ends[2];
   const rlim_t in_use = memoryInUse();
   const pid_t copy = pipe2(ends, O_CLOEXEC) == 0 ? fork() : -1;

@@ -14,7 +14,8 @@ struct GuardLimits {
 };
 
 /// Does the work in a copy of this process, so that nothing it does or breaks is seen here but what
-/// it returns. Locks that it takes must be free, or held by the caller.
+/// it returns. Locks that it takes must be free, or held by the caller. Under sanitizers a process
+/// of several threads does it here, without limits.
 /// @param what  begins the message: "robot.xml"
 /// @throws InputError, SystemError: those of the work. InputError "WHAT: …" where it crashed, took
 ///         longer or needed more memory; SystemError where there can be no other process

@@ -22,7 +22,8 @@ std::mutex& parserMutex() {
   return mutex;
 }
 
-bool alone = false;  // in a process of its own: nobody else parses
+// Whether this thread has the parser for itself.
+thread_local bool alone = false;
 
 // Structures of another version have other layouts.
 void requireOurMujoco() {
@@ -81,7 +82,10 @@ mjModel* loadXmlText(const std::string& text, std::string& error) {
 std::string compiledApart(std::string_view what, const std::function<std::string()>& work) {
   const std::lock_guard lock(parserMutex());
   return guarded(what, [&] {
-    alone = true;
+    struct Alone {
+      Alone() { alone = true; }
+      ~Alone() { alone = false; }
+    } while_it_works;
     return work();
   });
 }

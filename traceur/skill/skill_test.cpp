@@ -640,8 +640,8 @@ TEST(Rollout, MeasuresAreThoseOfTheStepsTheySee) {
     const double expected[] = {signal(begin),           signal(end), min, max,
                                sum / (end - begin + 1), integral};
     const std::vector<double> all = measured(during);
-    const auto& names = fromText(kNod)->measures;
-    ASSERT_EQ(all.size(), takes.size() + names.size());
+    const auto nod = fromText(kNod);
+    ASSERT_EQ(all.size(), takes.size() + nod->measures.size());
     for (size_t i = 0; i < takes.size(); ++i) EXPECT_NEAR(all[i], expected[i], 1e-12) << takes[i];
   }
 }
