@@ -13,7 +13,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   }();
   (void)kLinked;
   fuzz::maybeRefused([&] {
-    const auto falls = fall::FallRobot::fromFile(fuzz::fileOf(fuzz::textOf(data, size), "falls.toml"));
+    const auto falls =
+        fall::FallRobot::fromFile(fuzz::fileOf(fuzz::textOf(data, size), "falls.toml"));
     for (const fall::FallSetup& s : falls.setups) falls.setup(s.stance, s.direction);
   });
   return 0;

@@ -35,11 +35,10 @@ void maybeRefused(const Work& work) {
 inline const std::filesystem::path& folder() {
   static const std::filesystem::path kFolder = [] {
     const std::filesystem::path shared = "/dev/shm";
-    std::string name = ((std::filesystem::is_directory(shared)
-                             ? shared
-                             : std::filesystem::temp_directory_path()) /
-                        "traceur-fuzz-XXXXXX")
-                           .string();
+    std::string name =
+        ((std::filesystem::is_directory(shared) ? shared : std::filesystem::temp_directory_path()) /
+         "traceur-fuzz-XXXXXX")
+            .string();
     if (!mkdtemp(name.data())) std::abort();
     static std::string kept;
     kept = name;

@@ -15,8 +15,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text = fuzz::textOf(data + 1, size - 1);
   fuzz::maybeRefused([&] {
     sim::Scene scene;
-    scene.robot = std::make_shared<const sim::Robot>(sim::Robot::fromFile(
-        fuzz::fileOf(text, data[0] % 4 == 0 ? "robot.toml" : "robot.xml")));
+    scene.robot = std::make_shared<const sim::Robot>(
+        sim::Robot::fromFile(fuzz::fileOf(text, data[0] % 4 == 0 ? "robot.toml" : "robot.xml")));
     const auto model = sim::Model::fromScene(scene);
     sim::World world(model);
     world.reset(model->stateOf({}));

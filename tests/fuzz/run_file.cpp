@@ -26,8 +26,7 @@ void bindAnything(sqlite3_stmt* statement, int i, FuzzedDataProvider& from) {
       break;
     case 3: {
       const std::string text = from.ConsumeRandomLengthString(200);
-      sqlite3_bind_text(statement, i, text.data(), static_cast<int>(text.size()),
-                        SQLITE_TRANSIENT);
+      sqlite3_bind_text(statement, i, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
       break;
     }
     default: {

@@ -9,8 +9,8 @@
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace traceur;
   fuzz::maybeRefused([&] {
-    const auto read = skill::Skill::fromText(std::string(fuzz::textOf(data, size)),
-                                             "tests/fuzz/fuzzed.toml");
+    const auto read =
+        skill::Skill::fromText(std::string(fuzz::textOf(data, size)), "tests/fuzz/fuzzed.toml");
     skill::Skill begun = *read;
     begun.horizon = std::min(begun.horizon, 5 * begun.model->timeStep());
     skill::Runner runner(std::make_shared<const skill::Skill>(std::move(begun)));
