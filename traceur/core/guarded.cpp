@@ -143,7 +143,7 @@ std::string guarded(std::string_view what, const std::function<std::string()>& w
     throw InputError(fmt::format("{}: {}", what, why));
   };
   const bool ended = WIFEXITED(status) && WEXITSTATUS(status) == 0;
-  const std::string words = answer.substr(answer.empty() ? 0 : 1);
+  std::string words = answer.substr(answer.empty() ? 0 : 1);
   if (ended && !answer.empty()) {
     switch (answer[0]) {
       case kInput:
