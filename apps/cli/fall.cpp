@@ -12,6 +12,7 @@
 #include "apps/cli/verbs.h"
 #include "fall_plan_text.h"
 #include "traceur/core/error.h"
+#include "traceur/core/is_file.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/printable.h"
 #include "traceur/fall/fall_experiment.h"
@@ -59,7 +60,7 @@ std::shared_ptr<const fall::FallRobot> readFalls(const std::string& name) {
   const fs::path robot = skill::findRobot(name, fs::current_path());
   const fs::path file =
       robot.filename() == "falls.toml" ? robot : robot.parent_path() / "falls.toml";
-  if (!fs::is_regular_file(file)) {
+  if (!isFile(file)) {
     throw InputError(
         fmt::format("{} has no falls.toml beside it: expected {}, which says which parts may touch "
                     "the ground; models/atlas/falls.toml is an example",

@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 
+#include "traceur/core/is_file.h"
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
 
@@ -108,7 +109,7 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
   robot.description = reader.string("description", "");
   const std::string model = reader.string("model");
   robot.file = std::filesystem::absolute(file.parent_path() / model);
-  if (std::filesystem::is_regular_file(robot.file)) {
+  if (isFile(robot.file)) {
     readUrdfLimits(robot.file, robot);
   } else if (!model.empty()) {
     reader.fail("model", fmt::format("\"model\": no file {}", robot.file.string()));

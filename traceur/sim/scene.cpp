@@ -9,6 +9,7 @@
 #include <memory>
 #include <set>
 
+#include "traceur/core/is_file.h"
 #include "traceur/core/toml.h"
 #include "traceur/sim/mujoco_compat.h"
 
@@ -103,7 +104,7 @@ void resolveAssets(XMLElement* mujoco, const fs::path& file) {
       for (const tinyxml2::XMLAttribute* a = e->FirstAttribute(); a; a = a->Next()) {
         if (std::strncmp(a->Name(), "file", 4) != 0) continue;
         const fs::path path = (is_mesh ? mesh_dir : texture_dir) / a->Value();
-        if (!fs::is_regular_file(path)) fail(file, e, "no such asset: " + path.string());
+        if (!isFile(path)) fail(file, e, "no such asset: " + path.string());
         e->SetAttribute(a->Name(), path.c_str());
       }
     });
@@ -141,12 +142,12 @@ std::string mjcfOfUrdf(XMLElement* robot, const fs::path& file) {
       text.remove_prefix(scheme + 3);
       const fs::path inside = text.substr(std::min(text.find('/') + 1, text.size()));
       fs::path dir = fs::absolute(file).parent_path();
-      while (!fs::is_regular_file(dir / inside) && dir.has_relative_path()) dir = dir.parent_path();
+      while (!isFile(dir / inside) && dir.has_relative_path()) dir = dir.parent_path();
       e->SetAttribute("filename", (dir / inside).c_str());
     } else {
       e->SetAttribute("filename", fs::absolute(file.parent_path() / name).c_str());
     }
-    if (!fs::is_regular_file(e->Attribute("filename"))) {
+    if (!isFile(e->Attribute("filename"))) {
       fail(file, e, fmt::format("no such mesh: {}", name));
     }
   });

@@ -936,6 +936,10 @@ TEST(Model, BrokenFilesNameFileAndLine) {
       message("<mujoco><worldbody><body><geom typ='box'/></body></worldbody></mujoco>", "c.xml")
           .find("typ"),
       std::string::npos);
+  EXPECT_NE(message("<mujoco><asset><mesh file='" + std::string(300, 'x') + "'/></asset></mujoco>",
+                    "long.xml")
+                .find("no such asset"),
+            std::string::npos);
   EXPECT_NE(message("<mujoco><asset><mesh file='x.stl'/></asset></mujoco>", "d.xml")
                 .find("no such asset"),
             std::string::npos);

@@ -10,6 +10,7 @@
 #include "traceur/control/expression.h"
 #include "traceur/control/signals.h"
 #include "traceur/control/stable_pd.h"
+#include "traceur/core/is_file.h"
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
 #include "traceur/skill/names.h"
@@ -649,14 +650,14 @@ std::shared_ptr<const Skill> Skill::fromText(const std::string& text, const fs::
 
 fs::path findRobot(const std::string& name, const fs::path& beside) {
   for (const fs::path& path : {beside / name, fs::path(name)}) {
-    if (fs::is_regular_file(path)) return path;
+    if (isFile(path)) return path;
   }
   std::vector<std::string> names;
   for (const fs::path& folder : modelFolders(beside)) {
-    if (fs::is_regular_file(folder / name / "robot.toml")) return folder / name / "robot.toml";
+    if (isFile(folder / name / "robot.toml")) return folder / name / "robot.toml";
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-      if (fs::is_regular_file(entry.path() / "robot.toml")) {
+      if (isFile(entry.path() / "robot.toml")) {
         names.push_back(entry.path().filename().string());
       }
     }

@@ -452,6 +452,10 @@ TEST(SkillFile, RefusesWhatCannotBeRun) {
   EXPECT_NE(
       mistakes(replaced(text, "\"bioloid-gp\"", "\"bioloid\"")).find("Did you mean \"bioloid-gp\""),
       std::string::npos);
+  EXPECT_NE(  // a name that no file can have
+      mistakes(replaced(text, "\"bioloid-gp\"", '"' + std::string(300, 'r') + '"'))
+          .find("no robot"),
+      std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "[-1, 1]", "[nan, 1]")).find("finite"), std::string::npos);
   const auto with = [&](const std::string& controller) {
     return mistakes(replaced(text, "[parameters]", "[controller]\n" + controller + "[parameters]"));
