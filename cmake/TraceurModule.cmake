@@ -6,10 +6,17 @@
 add_library(traceur_flags INTERFACE)
 target_compile_options(traceur_flags INTERFACE
   $<BUILD_INTERFACE:-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off>
+  $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:Clang>:-Wno-missing-field-initializers>>  # it has no eye for members' defaults
   $<BUILD_INTERFACE:$<$<BOOL:${TRACEUR_WERROR}>:-Werror>>)
 if(TRACEUR_SANITIZE)
   target_compile_options(traceur_flags INTERFACE
     $<BUILD_INTERFACE:-fsanitize=${TRACEUR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all>)
+  target_compile_options(traceur_flags INTERFACE
+    $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:Clang>:-fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/sanitize_ignore.txt>>)
+  if(TRACEUR_SANITIZE MATCHES fuzzer)
+    target_compile_options(traceur_flags INTERFACE
+      $<BUILD_INTERFACE:-fsanitize-coverage-ignorelist=${CMAKE_CURRENT_LIST_DIR}/sanitize_ignore.txt>)
+  endif()
   target_link_options(traceur_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${TRACEUR_SANITIZE}>)
 endif()
 if(NOT CMAKE_CXX_FLAGS_DEV)  # CMake itself caches an empty one for build types it does not know

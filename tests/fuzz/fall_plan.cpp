@@ -8,6 +8,7 @@
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
   std::vector<std::uint32_t> words((size + 3) / 4);  // exactly as large as it is aligned
   std::memcpy(words.data(), data, size);
   auto* bytes = reinterpret_cast<char*>(words.data());
