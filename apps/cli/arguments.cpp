@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -75,17 +76,28 @@ CLI::Validator isSeed() {
           ""};
 }
 
-void requireFiniteNumbers(CLI::App& program) {
+void requirePlainNumbers(CLI::App& program) {
   const auto finite = [](const std::string& text) {
     const std::optional<double> value = parseNumber(text);
     return !value || std::isfinite(*value)  // no number at all is refused where it is read
                ? std::string()
                : fmt::format("expected a finite number, got {}", text);
   };
+  const auto decimal = [](const std::string& text) {
+    const size_t digits = text.find_first_not_of("+-");
+    const bool octal = digits != std::string::npos && text[digits] == '0' &&
+                       std::isdigit(static_cast<unsigned char>(text.c_str()[digits + 1]));
+    return octal ? fmt::format("expected a number without zeros before it, got {}", text)
+                 : std::string();
+  };
   for (CLI::Option* option : program.get_options()) {
-    if (option->get_type_name().starts_with("FLOAT")) option->check(CLI::Validator(finite, ""));
+    const std::string type = option->get_type_name();
+    if (type.starts_with("FLOAT")) option->check(CLI::Validator(finite, ""));
+    if (type.starts_with("INT") || type.starts_with("UINT")) {
+      option->check(CLI::Validator(decimal, ""));
+    }
   }
-  for (CLI::App* verb : program.get_subcommands({})) requireFiniteNumbers(*verb);
+  for (CLI::App* verb : program.get_subcommands({})) requirePlainNumbers(*verb);
 }
 
 }  // namespace traceur::cli

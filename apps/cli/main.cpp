@@ -57,7 +57,7 @@ int run(int argc, char** argv) {
   program.get_formatter()->column_width(28);
   int exit_code = kDone;
   for (const AddVerb add : allVerbs()) add(program, exit_code);
-  requireFiniteNumbers(program);
+  requirePlainNumbers(program);
 
   if (argc > 1 && argv[1][0] != '-') {
     std::vector<std::string> names;

@@ -114,6 +114,7 @@ expect 2 'a family: expected --task' -- render "$dir/k.run" "$dir/k.png"
 expect 2 'not a family' -- render "$dir/b.run" "$dir/b.png" --task 0.5
 expect 2 '--seed' 'got 18446744073709551616' -- learn "$nod" --seed 18446744073709551616 --out "$dir/none.run"
 expect 2 '--seed' 'got 0x10' -- learn "$nod" --seed 0x10 --out "$dir/none.run"
+expect 2 '--budget' 'got 010' -- learn "$nod" --budget 010 --out "$dir/none.run"
 expect 2 '--budget' -- learn "$nod" --budget 4294967296 --out "$dir/none.run"
 for number in nan inf -inf 1e999; do  # of every verb, by name
   expect 2 '--push' "$number" -- fall --robot bioloid-gp --push=$number

@@ -23,7 +23,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   }
   const fall_library* library = nullptr;
   if (fall_open(bytes, whole, &library) != nullptr) return 0;
-  for (std::uint32_t node = 0; node < library->nodes && node < 3; ++node) {
+  for (std::uint32_t node = 0; node < library->nodes && node < 2; ++node) {
     const fall_library_node* n = fall_node(library, node);
     for (const float theta_rate : {0.1F, 2.0F}) {
       fall_state state{node, 0, 0.1F, (n->r.min + n->r.max) / 2, theta_rate};

@@ -106,8 +106,8 @@ static inline uint32_t fall_checksum(const void* bytes, size_t size) {
 }
 
 /* Most contacts and steps that fall_next() may look at: so that a damaged file cannot keep it for
- * ever. [ours; what traceur writes has a hundredth of it] */
-#define FALL_MOST_WORK 50000000.0f
+ * ever. [ours; what traceur writes has a twentieth of it] */
+#define FALL_MOST_WORK 10000000.0f
 
 static inline const struct fall_library_node* fall_node(const struct fall_library* l, uint32_t i) {
   return (const struct fall_library_node*)((const char*)l + l->first_node) + i;
