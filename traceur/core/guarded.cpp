@@ -18,12 +18,9 @@
 #include <new>
 
 #include "traceur/core/error.h"
+#include "traceur/core/sanitized.h"
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define TRACEUR_SANITIZED
-#endif
-#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(TRACEUR_SANITIZE_ADDRESS) || defined(TRACEUR_SANITIZE_THREAD)
 #define TRACEUR_SANITIZED
 #endif
 

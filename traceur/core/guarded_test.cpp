@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "traceur/core/error.h"
+#include "traceur/core/sanitized.h"
 
 namespace traceur {
 namespace {
@@ -65,7 +66,7 @@ TEST(Guarded, WorkWithoutEndIsARefusal) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(15));
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(TRACEUR_SANITIZE_ADDRESS) && !defined(TRACEUR_SANITIZE_THREAD)
 TEST(Guarded, HungerForMemoryIsARefusal) {
   const std::string words =
       refusal([] { return std::string(200'000'000, 'x'); }, {.memory = 100'000'000});

@@ -3,17 +3,18 @@
 #include <GL/osmesa.h>
 
 #include "traceur/core/error.h"
+#include "traceur/core/sanitized.h"
 
 // What sanitizer builds overlook: Mesa keeps a few hundred bytes of each context, and its drawing
 // threads synchronise in ways the thread sanitizer does not see. Our own code stays checked.
 // NOLINTBEGIN: the sanitizers' names
-#ifdef __SANITIZE_ADDRESS__
+#ifdef TRACEUR_SANITIZE_ADDRESS
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libOSMesa.so\n";
 }
 #endif
-#ifdef __SANITIZE_THREAD__
+#ifdef TRACEUR_SANITIZE_THREAD
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
   return "race:libOSMesa.so\n";

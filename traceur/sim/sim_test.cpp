@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "traceur/core/random.h"
+#include "traceur/core/sanitized.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/sim/recording.h"
 #include "traceur/sim/world.h"
@@ -969,7 +970,7 @@ TEST(Model, WhatAStrangersFileAsksForHasALimit) {
   std::string deep;
   for (int i = 0; i < 100'000; ++i) deep += "<body>";
   has(refusal("deep.xml", "<mujoco><worldbody>" + deep), "deep.xml");
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(TRACEUR_SANITIZE_ADDRESS) && !defined(TRACEUR_SANITIZE_THREAD)
   // 6.4 GB
   const std::string field =
       "<asset><hfield name='h' nrow='40000' ncol='40000' size='1 1 1 1'/></asset>";
