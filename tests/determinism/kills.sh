@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # Killed with SIGKILL at random instants and started again: the same bytes as undisturbed, and
 # nothing is left of the killed one, no file and no process.
-# usage: kills.sh TRACEUR [KILLS] [SEED]    KILLS of each kind; the seed chooses the instants
+# usage: kills.sh TRACEUR [KILLS [SEED [KIND…]]]   KILLS of each kind; the seed chooses the instants
 set -eu
 traceur=$(realpath "$1")
 kills=${2:-20}
 RANDOM=${3:-1}
+kinds=("${@:4}")
+[ ${#kinds[@]} -gt 0 ] || kinds=(learn family reproduce perform render plot)
 nod=$(realpath tests/cli/nod.toml)
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
@@ -50,7 +52,7 @@ processes() { grep -lzs "^TRACEUR_TEST_KILLS=$dir\$" /proc/[0-9]*/environ | sed 
 left() { for p in $(processes); do [ "$p" = "$BASHPID" ] || readlink "/proc/$p/exe" || true; done | grep -v -e bash -e grep -e sed -e readlink || true; }
 
 failed=0
-for kind in learn family reproduce perform render plot; do
+for kind in "${kinds[@]}"; do
   make() { mkdir "$1"; for f in ${given[$kind]}; do cp "$dir/$f" "$1/"; done; }
   make "$dir/$kind"
   start=$(date +%s%N)

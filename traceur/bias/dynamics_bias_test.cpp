@@ -329,6 +329,15 @@ TEST(DynamicsBias, SaysWhichSamplesWereLeftOutAndWhy) {
   EXPECT_TRUE(left_out[0].outlier);
   EXPECT_EQ(left_out[1].reading, 61);
   EXPECT_FALSE(left_out[1].outlier);
+  // The reading it begins with counts, too; so does the last that it is the mean of, not the next.
+  RunLog edges = drive(plant, VectorXd::Ones(1), 100, [](int t) { return std::sin(0.1 * t); });
+  o.outlier = std::numeric_limits<double>::infinity();
+  left_out.clear();
+  for (const int reading : {20, 54, 65}) edges.x(0, reading) = 7;
+  EXPECT_EQ(samplesOf(edges, model, o, keep, &left_out).size(), all_of_them - 2);
+  ASSERT_EQ(left_out.size(), 2U);
+  EXPECT_EQ(left_out[0].reading, 20);
+  EXPECT_EQ(left_out[1].reading, 54);
 }
 
 }  // namespace

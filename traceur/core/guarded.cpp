@@ -31,6 +31,7 @@ namespace {
 constexpr char kDone = 'd';
 constexpr char kInput = 'i';
 constexpr char kSystem = 's';
+constexpr char kEnds = 'e';  // by words of what it uses, which know of no file
 constexpr char kMemory = 'm';
 
 int answer_to = -1;  // in the copy: where its answer goes
@@ -147,6 +148,9 @@ std::string guarded(std::string_view what, const std::function<std::string()>& w
         throw InputError(words);
       case kSystem:
         throw SystemError(words);
+      case kEnds:
+        refuse(words);
+        break;
       case kMemory:
         refuse(fmt::format("needs more than {} MB of memory", limits.memory / 1'000'000));
         break;
@@ -169,7 +173,7 @@ void failGuarded(const char* words) {
     fmt::print(stderr, "{}\n", words);
     std::abort();
   }
-  say(kInput, words);
+  say(kEnds, words);
   _exit(0);
 }
 

@@ -22,8 +22,9 @@ struct GuardLimits {
 std::string guarded(std::string_view what, const std::function<std::string()>& work,
                     const GuardLimits& limits = {});
 
-/// Ends guarded work with an InputError of these words, from where nothing may be thrown, such as
-/// an engine's own error handler. Elsewhere the words go to standard error and the program aborts.
+/// Ends guarded work with an InputError "WHAT: …" of these words, from where nothing may be thrown,
+/// such as an engine's own error handler. Elsewhere the words go to standard error and the program
+/// aborts.
 [[noreturn]] void failGuarded(const char* words);
 
 }  // namespace traceur

@@ -38,7 +38,7 @@ TEST(Guarded, BringsBackWhatTheWorkReturnsAndNothingElse) {
 TEST(Guarded, ErrorsOfTheWorkAreThoseOfTheCaller) {
   EXPECT_EQ(refusal([]() -> std::string { throw InputError("line 3: wrong"); }), "line 3: wrong");
   EXPECT_EQ(refusal([]() -> std::string { failGuarded("the engine's words"); }),
-            "the engine's words");
+            "file: the engine's words");
   EXPECT_THROW(guarded("file", []() -> std::string { throw SystemError("no disk"); }), SystemError);
 }
 

@@ -135,6 +135,16 @@ TEST(CmaC, DissertationPresetNeitherRanksFeasibilityNorRestarts) {
   EXPECT_EQ(c.descents(), 1);
 }
 
+TEST(CmaC, AKernelBeyondNumbersIsNone) {
+  for (const double width : {1e-200, 1e200}) {  // 1 / width^2: infinite; 0
+    CmaCOptions o = dissertationCmaC({.x0 = VectorXd::Zero(2), .sigma = 5, .lambda = 8}, 1);
+    o.wide_width = width;
+    CmaC c(o);
+    for (int g = 0; g < 10; ++g) step(c, halfPlane);
+    EXPECT_FALSE(c.classifiers()[0].active) << width;
+  }
+}
+
 TEST(CmaC, OptionsEndWhereTheySay) {
   using Change = std::function<void(CmaCOptions&)>;
   const auto made = [](const Change& change) {

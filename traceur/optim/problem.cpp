@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "traceur/core/error.h"
 #include "traceur/optim/cost.h"
@@ -31,7 +30,7 @@ void checkBounds(std::string_view who, const VectorXd& lower, const VectorXd& up
                     lower.size(), upper.size()));
   }
   for (int i = 0; i < n; ++i) {
-    if (std::isnan(lower[i]) || std::isnan(upper[i]) || !(lower[i] < upper[i])) {
+    if (!(lower[i] < upper[i])) {  // nor is NaN
       throw InputError(fmt::format("{}: expected lower[{}] < upper[{}], got {} and {}", who, i, i,
                                    lower[i], upper[i]));
     }

@@ -350,6 +350,27 @@ TEST(Offscreen, ForcesAndCentreOfMassAreDrawnWhenAsked) {
   const Image com = offscreen.draw(r.frames[0], camera, {.com = true});
   EXPECT_NE(plain.rgb, forces.rgb);
   EXPECT_NE(plain.rgb, com.rgb);
+  // A disc in quarters: within its dark rim as much is light as dark.
+  int light = 0;
+  int dark = 0;
+  int left = 320, right = 0, above = 240, below = 0;
+  for (int y = 0; y < 240; ++y) {
+    for (int x = 0; x < 320; ++x) {
+      if (plain.at(x, y) == com.at(x, y)) continue;
+      left = std::min(left, x);
+      right = std::max(right, x);
+      above = std::min(above, y);
+      below = std::max(below, y);
+    }
+  }
+  const int half = (right - left) / 4;  // of a square within the disc
+  for (int y = (above + below) / 2 - half; y <= (above + below) / 2 + half; ++y) {
+    for (int x = (left + right) / 2 - half; x <= (left + right) / 2 + half; ++x) {
+      ++(com.at(x, y).r > 128 ? light : dark);
+    }
+  }
+  EXPECT_GT(right - left, 6);
+  EXPECT_NEAR(light, dark, 0.35 * (light + dark));
   // The weight's arrow points up from the sole by kArrowPerWeight of the robot's size.
   EXPECT_NEAR(offscreen.robotSize(), 0.4, 1e-6);
   int top = 240;
@@ -823,6 +844,13 @@ TEST(Video, CutShortIsAnErrorWhateverFfmpegSays) {
   }
   std::ofstream(folder / "cut") << all << "x";
   EXPECT_FALSE(isWholeMp4(folder / "cut"));
+  // A part whose length is said in eight bytes, as more than 4 GB would need: "free", of 20 bytes.
+  const std::string wide("\0\0\0\1free\0\0\0\0\0\0\0\24aaaa", 20);
+  std::ofstream(folder / "wide") << all << wide;
+  EXPECT_TRUE(isWholeMp4(folder / "wide"));
+  std::ofstream(folder / "wide") << all << wide.substr(0, 19);
+  EXPECT_FALSE(isWholeMp4(folder / "wide"));
+  fs::remove(folder / "wide");
   const Folder bin;
   // As on a full disk: complains, ends with 0.
   std::ofstream(bin / "ffmpeg") << "#!/bin/sh\nPATH=/usr/bin:/bin\ncat >/dev/null\n"

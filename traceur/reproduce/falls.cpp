@@ -329,11 +329,15 @@ Table randomFalls() {
     const double push = random.uniform(r.setup.push, r.most);
     const fall::FallTrial held = experiment.run({push}, Strategy::kHold).trial;
     const fall::FallTrial other = experiment.run({push}, ways()[column + 1].strategy).trial;
-    if (!held.fell || held.diverged || other.diverged) return Outcome{1, true, {{push, 1}}};
-    const double share = other.impulse / held.impulse;
-    return Outcome{share, share >= 1, {{push, share}}};
+    return shareOfHeld(held, other, push);
   };
   return t;
+}
+
+Outcome shareOfHeld(const fall::FallTrial& held, const fall::FallTrial& other, double push) {
+  if (!held.fell || held.diverged || other.diverged) return {1, true, {{push, 1}}};
+  const double share = other.impulse / held.impulse;
+  return {share, share >= 1, {{push, share}}};
 }
 
 }  // namespace traceur::reproduce

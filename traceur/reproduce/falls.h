@@ -1,6 +1,7 @@
 // Chapter 4's experiments: what a fall costs with a plan and without.
 #pragma once
 
+#include "traceur/fall/fall_trial.h"
 #include "traceur/reproduce/table.h"
 
 namespace traceur::reproduce {
@@ -15,5 +16,10 @@ Table fallRobustness();
 Table figure22();
 /// Random pushes in the published ranges, by robot and direction: not in the paper.
 Table randomFalls();
+
+/// Of a fall after a push [N]: the largest impulse as a share of what it is with the pose held;
+/// missed if it is no smaller. Missed with a share of 1 where the held one did not fall or either
+/// diverged: then nothing is told.
+Outcome shareOfHeld(const fall::FallTrial& held, const fall::FallTrial& other, double push);
 
 }  // namespace traceur::reproduce

@@ -106,6 +106,8 @@ TEST(SkillFamilies, TellTrialsToTheLevelOfThePublishedOptimiser) {
   EXPECT_EQ(told[1].table().rows[1].name, "jump 1000");
   EXPECT_EQ(costs.cells[1][column("curve")].value, 1.0);
   EXPECT_NEAR(costs.cells[1][column("curve")].printed, 0.18 * 11 / 7, 1e-12);
+  EXPECT_EQ(costs.cells[5][column("curve")].value, 0.01);  // 5000, all it had
+  EXPECT_EQ(costs.cells[6][column("curve")].runs, 0);
   EXPECT_EQ(costs.cells[7][column("curve")].runs, 0);  // 8000: it had no more than 5000
   EXPECT_EQ(costs.cells[7][column("CMA-ES")].value, 1.0);
 }

@@ -14,6 +14,7 @@
 #include "traceur/core/file_lock.h"
 #include "traceur/core/random.h"
 #include "traceur/core/test_folder.h"
+#include "traceur/reproduce/falls.h"
 
 namespace traceur::reproduce {
 namespace {
@@ -349,6 +350,34 @@ TEST(Tables, TheFallsOfFigure22GoForwardAndDown) {
         EXPECT_LT(step, 0.35 * length) << i;
       }
     }
+  }
+}
+
+TEST(RandomFalls, AreSharesOfTheHeldPose) {
+  const auto trial = [](bool fell, double impulse, bool diverged = false) {
+    fall::FallTrial t;
+    t.fell = fell;
+    t.impulse = impulse;
+    t.diverged = diverged;
+    return t;
+  };
+  const fall::FallTrial held = trial(true, 4), planned = trial(true, 1);
+  const Outcome quarter = shareOfHeld(held, planned, 6);
+  EXPECT_EQ(quarter.value, 0.25);
+  EXPECT_FALSE(quarter.missed);
+  EXPECT_EQ(quarter.points[0].x, 6);
+  EXPECT_EQ(quarter.points[0].y, 0.25);
+  EXPECT_TRUE(shareOfHeld(held, held, 6).missed);
+  EXPECT_EQ(shareOfHeld(planned, held, 6).value, 4);
+  EXPECT_TRUE(shareOfHeld(planned, held, 6).missed);
+  // Nothing is told by one that stood or that the simulation lost.
+  for (const auto& [a, b] :
+       {std::pair(trial(false, 4), planned), std::pair(trial(true, 4, true), planned),
+        std::pair(held, trial(true, 1, true))}) {
+    const Outcome nothing = shareOfHeld(a, b, 6);
+    EXPECT_EQ(nothing.value, 1);
+    EXPECT_TRUE(nothing.missed);
+    EXPECT_EQ(nothing.points[0].y, 1);
   }
 }
 

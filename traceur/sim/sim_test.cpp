@@ -661,6 +661,11 @@ TEST(Robot, MistakesNameTheFileTheyStandIn) {
   for (const char* words : {"\"model\" is missing", "Did you mean \"name\"?"}) {
     EXPECT_NE(bare.find(words), std::string::npos) << bare;
   }
+  for (const char* nowhere : {"nowhere.xml", "nowhere.urdf", "nowhere.toml"}) {
+    const std::string missing = message([&] { Robot::fromFile(file(nowhere)); });
+    EXPECT_NE(missing.find(std::string(nowhere) + ": cannot be read"), std::string::npos)
+        << missing;
+  }
   std::ofstream(file("empty.xml")) << "<!-- later -->";
   const auto includes = robotOf("includes", "<mujoco><include file=\"empty.xml\"/></mujoco>");
   EXPECT_NE(message([&] { Model::fromScene({.robot = includes}); }).find("empty.xml: expected"),

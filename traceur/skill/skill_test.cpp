@@ -466,6 +466,8 @@ TEST(SkillFile, RefusesWhatCannotBeRun) {
             std::string::npos);
   EXPECT_NE(mistakes(replaced(text, "default = 0.1", "default = 7")).find("min <= default"),
             std::string::npos);
+  EXPECT_NE(mistakes(replaced(text, "[parameters]", "[parameters]\n[unused]")).find("at least one"),
+            std::string::npos);
   std::string no_phases = text;  // "during" then names none
   for (size_t at; (at = no_phases.find("[[phase]]")) != std::string::npos;) {
     no_phases.replace(at, 9, "[[phases]]");
