@@ -277,6 +277,10 @@ TEST(BongoLearning, NoiseThatHidesABiasLeavesThatOfTheTorque) {
   const BiasOptions strong = bongoBias(BongoMethod::kBias, noise(0.128));
   EXPECT_EQ(strong.output_scale.size(), 1);
   EXPECT_GT(strong.average, 2 * quiet.average);
+  // Averaged until a torque's noise is the kernel's: together √2 of it, less what the whole number
+  // of readings is more than that takes.
+  EXPECT_LE(strong.kernel.noise, std::sqrt(2) * quiet.kernel.noise);
+  EXPECT_GT(strong.kernel.noise, 1.3 * quiet.kernel.noise);
   EXPECT_EQ(bongoBias(BongoMethod::kPublished, noise(0.128)).noise.size(), 0);
 }
 

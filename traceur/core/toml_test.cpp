@@ -33,6 +33,11 @@ std::string repeated(const std::string& text, int times) {
 TEST(HostileToml, KeysWithoutEndAreRefusedWhereTheyStand) {
   EXPECT_TRUE(refusal("a = 1\n" + repeated("a.", 30000) + "b = 1\n").starts_with("f.toml:2:1: "));
   EXPECT_TRUE(refusal("[" + repeated("a.", 100000) + "b]\n").starts_with("f.toml:1:1: "));
+  // Text that does not end, ends with its line.
+  const std::string deep = repeated("a.", 30) + "b = 1\n";
+  EXPECT_TRUE(refusal("a = \"open\n" + deep).starts_with("f.toml:2:1: "));
+  EXPECT_TRUE(refusal("a = 'open\n\n" + deep).starts_with("f.toml:3:1: "));
+  EXPECT_TRUE(refusal("a = '''open\n'''\n" + deep).starts_with("f.toml:3:1: "));
   EXPECT_NE(refusal("a = { " + repeated("\"b\" . ", 100) + "c = 1 }\n"), "");
   EXPECT_NE(refusal("a = " + repeated("[", 100000)), "");
   EXPECT_NE(refusal("a = " + repeated("{b=", 100000)), "");

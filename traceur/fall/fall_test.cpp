@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "traceur/core/error.h"
@@ -1005,6 +1007,29 @@ TEST(PlanLibrary, TheReaderPlansNothingFromStatesThatAreNone) {
         fall_state{0, 0, 0.3F, 0.2F, -INFINITY}}) {
     EXPECT_EQ(fall_next(library, &state, &contact), FALL_NONE);
   }
+}
+
+TEST(PlanLibrary, TablesAreKeptWherePeopleKeepSuchThings) {
+  const auto where = [](const char* cache, const char* home) {
+    for (const auto& [name, value] :
+         {std::pair("XDG_CACHE_HOME", cache), std::pair("HOME", home)}) {
+      value ? setenv(name, value, 1) : unsetenv(name);
+    }
+    return tableCache().string();
+  };
+  const auto before = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value ? std::optional<std::string>(value) : std::nullopt;
+  };
+  const auto cache = before("XDG_CACHE_HOME"), home = before("HOME");
+  EXPECT_EQ(where("/c", "/h"), "/c/traceur/falls");
+  EXPECT_EQ(where(nullptr, "/h"), "/h/.cache/traceur/falls");
+  EXPECT_EQ(where("", "/h"), "/h/.cache/traceur/falls");
+  EXPECT_EQ(where("c", "/h"), "/h/.cache/traceur/falls");
+  for (const char* no_path : {static_cast<const char*>(nullptr), "", "h"}) {
+    EXPECT_EQ(where(nullptr, no_path), "");
+  }
+  where(cache ? cache->c_str() : nullptr, home ? home->c_str() : nullptr);
 }
 
 TEST(PlanLibrary, ATableKeptOnDiskIsTheOneThatWouldBeMade) {

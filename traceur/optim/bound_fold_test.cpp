@@ -92,6 +92,7 @@ TEST(BoundFold, UnfoldInvertsFoldUpToTheBoundsThemselves) {
     const BoundFold fold = foldOf(l, u, 0.3);
     for (const double x : {-2.0, -1.99, -1.5, 0.0, 2.9, 2.999999, 3.0}) {
       EXPECT_NEAR(fold.fold(0, fold.unfold(0, x)), x, 1e-15 * 3);
+      EXPECT_LE(std::abs(fold.unfold(0, x) - x), 0.3 + 1e-12);  // not behind a mirror
     }
   }
 }

@@ -74,6 +74,10 @@ TEST(SymmetricEigen, HandlesHardSpectra) {
     }
     expectDecomposes(eigen, 1e-290 * rotated(graded, 5));
     expectDecomposes(eigen, 1e290 * rotated(graded, 5));
+    MatrixXd one = MatrixXd::Identity(n, n);  // large in one row and column only
+    one.row(0) *= 1e290;
+    one(1, 0) = one(0, 1) = 1e289;
+    expectDecomposes(eigen, one);
     // Graded, not rotated: large to small and back along the diagonal.
     for (const VectorXd& v : {graded, VectorXd(graded.reverse())}) {
       const VectorXd s = v.cwiseSqrt();

@@ -279,19 +279,7 @@ Table figure22() {
     const FallExperiment::Outcome outcome = experiment.run({c.push}, Strategy::kPlanned);
     const std::vector<fall::Vector2d> path =
         pathOf(outcome.plan, experiment.problem().model, kInterval);
-    const std::vector<fall::Vector2d>& com = outcome.trial.com;
-    if (path.empty() || com.size() < path.size()) return Outcome{0, true, {}};
-    double distance = 0;
-    double length = 0;
-    Outcome out;
-    for (size_t i = 0; i < path.size(); ++i) {
-      distance += (com[i] - path[i]).norm() / static_cast<double>(path.size());
-      if (i > 0) length += (path[i] - path[i - 1]).norm();
-      const fall::Vector2d& p = column == 0 ? com[i] : path[i];
-      out.points.push_back({p.x(), p.y()});
-    }
-    out.value = column == 0 ? distance : length;
-    return out;
+    return alongPath(outcome.trial.com, path, column == 0);
   };
   return t;
 }
@@ -332,6 +320,22 @@ Table randomFalls() {
     return shareOfHeld(held, other, push);
   };
   return t;
+}
+
+Outcome alongPath(const std::vector<fall::Vector2d>& com, const std::vector<fall::Vector2d>& path,
+                  bool of_robot) {
+  if (path.empty() || com.size() < path.size()) return {0, true, {}};
+  double distance = 0;
+  double length = 0;
+  Outcome out;
+  for (size_t i = 0; i < path.size(); ++i) {
+    distance += (com[i] - path[i]).norm() / static_cast<double>(path.size());
+    if (i > 0) length += (path[i] - path[i - 1]).norm();
+    const fall::Vector2d& p = of_robot ? com[i] : path[i];
+    out.points.push_back({p.x(), p.y()});
+  }
+  out.value = of_robot ? distance : length;
+  return out;
 }
 
 Outcome shareOfHeld(const fall::FallTrial& held, const fall::FallTrial& other, double push) {

@@ -17,6 +17,12 @@ Table figure22();
 /// Random pushes in the published ranges, by robot and direction: not in the paper.
 Table randomFalls();
 
+/// Of a robot whose COM went along `com` while the model's went along `path`, at equal times [m]:
+/// the mean distance between the two, with the robot's way as points; or, of the model, its path's
+/// length and points. Missed where the robot's way ends sooner, or there is no path.
+Outcome alongPath(const std::vector<fall::Vector2d>& com, const std::vector<fall::Vector2d>& path,
+                  bool of_robot);
+
 /// Of a fall after a push [N]: the largest impulse as a share of what it is with the pose held;
 /// missed if it is no smaller. Missed with a share of 1 where the held one did not fall or either
 /// diverged: then nothing is told.

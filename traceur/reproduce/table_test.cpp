@@ -353,6 +353,22 @@ TEST(Tables, TheFallsOfFigure22GoForwardAndDown) {
   }
 }
 
+TEST(Figure22, TellsHowFarTheRobotIsFromTheModelsPath) {
+  const std::vector<fall::Vector2d> path = {{0, 1}, {3, 1}, {3, 0}};
+  const std::vector<fall::Vector2d> com = {{0, 1}, {3, 3}, {3, 4}, {9, 9}};
+  const Outcome robot = alongPath(com, path, true);
+  EXPECT_NEAR(robot.value, (0 + 2 + 4) / 3.0, 1e-12);
+  EXPECT_FALSE(robot.missed);
+  ASSERT_EQ(robot.points.size(), 3U);
+  EXPECT_EQ(robot.points[2].y, 4);
+  const Outcome model = alongPath(com, path, false);
+  EXPECT_NEAR(model.value, 4, 1e-12);
+  EXPECT_EQ(model.points[2].y, 0);
+  EXPECT_FALSE(alongPath(path, path, true).missed);
+  EXPECT_TRUE(alongPath({{0, 1}, {3, 3}}, path, true).missed);
+  EXPECT_TRUE(alongPath(com, {}, true).missed);
+}
+
 TEST(RandomFalls, AreSharesOfTheHeldPose) {
   const auto trial = [](bool fell, double impulse, bool diverged = false) {
     fall::FallTrial t;
