@@ -28,7 +28,7 @@ TEST(Guarded, BringsBackWhatTheWorkReturnsAndNothingElse) {
   EXPECT_EQ(guarded("file",
                     [&] {
                       here = 2;
-                      return large;
+                      return std::string(large);
                     }),
             large);
   EXPECT_EQ(here, 1);
@@ -68,11 +68,14 @@ TEST(Guarded, WorkWithoutEndIsARefusal) {
 
 #if !defined(TRACEUR_SANITIZE_ADDRESS) && !defined(TRACEUR_SANITIZE_THREAD)
 TEST(Guarded, HungerForMemoryIsARefusal) {
-  const std::string words =
-      refusal([] { return std::string(200'000'000, 'x'); }, {.memory = 100'000'000});
+  const auto xs = [](size_t n) {
+    std::string text;
+    text.resize(n, 'x');
+    return text;
+  };
+  const std::string words = refusal([&] { return xs(200'000'000); }, {.memory = 100'000'000});
   EXPECT_EQ(words, "file: needs more than 100 MB of memory");
-  EXPECT_EQ(guarded("file", [] { return std::string(std::string(50'000'000, 'x'), 0, 1); },
-                    {.memory = 100'000'000}),
+  EXPECT_EQ(guarded("file", [&] { return xs(50'000'000).substr(0, 1); }, {.memory = 100'000'000}),
             "x");
 }
 #endif

@@ -108,7 +108,7 @@ TEST(ReadFile, APipeWithoutAWriterIsNotWaitedForForEver) {
 
 TEST(ReadFile, MoreThanAnyTextIsRefused) {
   const TestFolder folder;
-  std::ofstream(folder / "large");
+  std::ofstream(folder / "large") << "";
   std::filesystem::resize_file(folder / "large", (64 << 20) + 1);
   EXPECT_TRUE(readingOf(folder / "large").ends_with("expected at most 64 MiB"));
 }

@@ -928,9 +928,8 @@ struct TinyLibrary {
     seal();
   }
   void seal() {
-    constexpr size_t kSummed = offsetof(fall_library, problem);
-    l.checksum =
-        fall_checksum(reinterpret_cast<const char*>(this) + kSummed, sizeof *this - kSummed);
+    constexpr size_t summed = offsetof(fall_library, problem);
+    l.checksum = fall_checksum(reinterpret_cast<const char*>(this) + summed, sizeof *this - summed);
   }
   /// What opening says; what opens is planned with.
   const char* open() {
