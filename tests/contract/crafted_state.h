@@ -21,7 +21,7 @@ inline void fingerprintAnew(std::string& bytes, size_t begin, size_t end) {
   for (size_t at = bytes.find(kMagic, begin + 1); at < end; at = bytes.find(kMagic, at + 1)) {
     std::uint64_t size = 0;  // of the inner state stands before it
     if (at >= begin + kMagic.size() + kWord) std::memcpy(&size, bytes.data() + at - kWord, kWord);
-    if (size <= end - kWord - at) fingerprintAnew(bytes, at, at + size);
+    if (at + kWord <= end && size <= end - kWord - at) fingerprintAnew(bytes, at, at + size);
   }
   Hash hash;
   hash.add(std::string_view(bytes).substr(begin, end - kWord - begin));
