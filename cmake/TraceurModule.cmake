@@ -10,8 +10,7 @@ target_compile_options(traceur_flags INTERFACE
   $<BUILD_INTERFACE:$<$<BOOL:${TRACEUR_WERROR}>:-Werror>>)
 if(TRACEUR_SANITIZE)
   target_compile_options(traceur_flags INTERFACE
-    $<BUILD_INTERFACE:-fsanitize=${TRACEUR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all>)
-  target_compile_options(traceur_flags INTERFACE
+    $<BUILD_INTERFACE:-fsanitize=${TRACEUR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all>
     $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:Clang>:-fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/sanitize_ignore.txt>>)
   if(TRACEUR_SANITIZE MATCHES fuzzer)
     target_compile_options(traceur_flags INTERFACE

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/arguments.h"
@@ -194,9 +195,10 @@ void report(const Arguments& a, const ExternalFunction& f, const optim::Summary&
       print("\n");
     }
   }
-  print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n", j.value("best_cost", NAN),
-        j.value("feasible", true) ? "" : " (violates a constraint)", p.evaluations, p.failed,
-        words(summary.stop), out);
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // NAN would be a float
+  print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n",
+        j.value("best_cost", kNone), j.value("feasible", true) ? "" : " (violates a constraint)",
+        p.evaluations, p.failed, words(summary.stop), out);
 }
 
 /// Tells of the first trial that broke down, and counts them.

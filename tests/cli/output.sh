@@ -163,6 +163,10 @@ cd "$dir" || exit 1
 escaped=$(find "$dir" -maxdepth 3 \( -name '*ESCAPED*' -o -name '*STANCE*' -o -name 'X*' \) -not -path "$dir/in/some/folder/*"; find /tmp -maxdepth 1 -name 'X-*')
 [ -z "$escaped" ] || wrong "a name was a path: $escaped"
 
+# A cost is told as it is, also where no float has room for it.
+"$traceur" minimise --var x=-1e300:1e300 --budget 24 --out wide.run -- sh -c 'while read x; do echo "$x"; done' >wide 2>err
+grep -q '^cost -[1-9][0-9.]*e+[0-9]* ' wide || wrong "minimise: a cost beyond a float's numbers: $(cat wide)"
+
 # --------------------------------------------------------------------------------- a progress line
 sed 's/"nod"/"a skill of a very long name, so long that no terminal has the room for it\\u001b[31m"/' "$nod" >long.toml
 for columns in 20 40 200; do
