@@ -195,9 +195,9 @@ void report(const Arguments& a, const ExternalFunction& f, const optim::Summary&
       print("\n");
     }
   }
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // NAN would be a float
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();  // NAN would be a float
   print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n",
-        j.value("best_cost", kNone), j.value("feasible", true) ? "" : " (violates a constraint)",
+        j.value("best_cost", none), j.value("feasible", true) ? "" : " (violates a constraint)",
         p.evaluations, p.failed, words(summary.stop), out);
 }
 
