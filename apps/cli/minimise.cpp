@@ -196,9 +196,9 @@ void report(const Arguments& a, const ExternalFunction& f, const optim::Summary&
     }
   }
   constexpr double none = std::numeric_limits<double>::quiet_NaN();  // NAN would be a float
-  print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n",
-        j.value("best_cost", none), j.value("feasible", true) ? "" : " (violates a constraint)",
-        p.evaluations, p.failed, words(summary.stop), out);
+  print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n", j.value("best_cost", none),
+        j.value("feasible", true) ? "" : " (violates a constraint)", p.evaluations, p.failed,
+        words(summary.stop), out);
 }
 
 /// Tells of the first trial that broke down, and counts them.
