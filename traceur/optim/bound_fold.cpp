@@ -41,6 +41,10 @@ double BoundFold::width(int i) const {
   return any_ ? std::ldexp(high_[i] - low_[i], exponents_[i]) : kInfinity;
 }
 
+double BoundFold::margin(int i) const {
+  return std::ldexp(margin_[i], exponents_[i]);
+}
+
 double BoundFold::fold(int i, double y) const {
   if (!std::isfinite(y)) return nearestNumber(i, y);
   if (!any_) return y;

@@ -51,6 +51,8 @@ class BoundFold {
   bool any() const { return any_; }
   /// u - l; infinite without two bounds.
   double width(int i) const;
+  /// a, how far outside a bound the mirror stands. Of bounded variables.
+  double margin(int i) const;
 
  private:
   // In units of 2^exponent, where squares of widths are numbers.

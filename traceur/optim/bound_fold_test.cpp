@@ -139,5 +139,78 @@ TEST(BoundFold, MirrorsAtTheOuterEdgeOfTheMargin) {
   }
 }
 
+TEST(BoundFold, OfSeveralVariablesIsThatOfEach) {
+  const VectorXd lower{{-2, -kInf, 0, -1e300, -kInf}};
+  const VectorXd upper{{3, 7, kInf, 1e300, kInf}};
+  const VectorXd step{{0.1, 0.2, 0.3, 0.4, 0.5}};
+  const BoundFold all(lower, upper, step);
+  EXPECT_TRUE(all.any());
+  EXPECT_FALSE(BoundFold().any());
+  EXPECT_EQ(BoundFold().width(0), kInf);
+  EXPECT_EQ(all.width(0), 5);
+  EXPECT_EQ(all.width(1), kInf);
+  EXPECT_EQ(all.width(3), 2e300);
+  EXPECT_EQ(all.margin(0), 0.25);
+  EXPECT_EQ(all.margin(1), 0.2);
+  EXPECT_DOUBLE_EQ(all.margin(3), 1e299);
+  for (int i = 0; i < 4; ++i) {
+    const BoundFold one = foldOf(lower[i], upper[i], step[i]);
+    for (const double y : {-9.0, -2.0, 0.1, 2.95, 6.9, 11.0, 1.1e300}) {
+      EXPECT_EQ(all.fold(i, y), one.fold(0, y)) << i << " " << y;
+      const double x = one.fold(0, y);
+      EXPECT_EQ(all.unfold(i, x), one.unfold(0, x)) << i << " " << y;
+      EXPECT_EQ(all.unfoldNear(i, x, y), one.unfoldNear(0, x, y)) << i << " " << y;
+    }
+  }
+  for (const double y : {-1e300, 0.0, 5.0}) {
+    EXPECT_EQ(all.fold(4, y), y);
+    EXPECT_EQ(all.unfold(4, y), y);
+    EXPECT_EQ(all.unfoldNear(4, y, 7), y);
+  }
+}
+
+TEST(BoundFold, OfWhatIsNoNumberMakesTheNearest) {
+  const double most = std::numeric_limits<double>::max();
+  EXPECT_EQ(foldOf(-1, 3).fold(0, NAN), 0);
+  EXPECT_EQ(foldOf(2, 3).fold(0, NAN), 2);
+  EXPECT_EQ(foldOf(-1, 3).fold(0, kInf), 3);
+  EXPECT_EQ(foldOf(-1, 3).fold(0, -kInf), -1);
+  EXPECT_EQ(foldOf(-1, kInf).fold(0, kInf), most);
+  EXPECT_EQ(foldOf(-kInf, 3).fold(0, -kInf), -most);
+  EXPECT_EQ(BoundFold().fold(0, kInf), most);
+  EXPECT_EQ(BoundFold().fold(0, -kInf), -most);
+  // The unfolded upper bound of a box as wide as numbers are lies beyond them.
+  EXPECT_EQ(foldOf(-most, most).unfold(0, most), most);
+  EXPECT_EQ(foldOf(-most, most).unfoldNear(0, -most, -most), -most);
+}
+
+TEST(BoundFold, OfOneBoundMirrorsAtItsStep) {
+  for (const double step : {0.3, 2.0}) {
+    for (const double t : {0.1, 0.7, 5.0}) {
+      EXPECT_NEAR(foldOf(1, kInf, step).fold(0, 1 - step - t),
+                  foldOf(1, kInf, step).fold(0, 1 - step + t), 1e-14);
+      EXPECT_NEAR(foldOf(-kInf, 1, step).fold(0, 1 + step + t),
+                  foldOf(-kInf, 1, step).fold(0, 1 + step - t), 1e-14);
+    }
+    EXPECT_EQ(foldOf(1, kInf, step).fold(0, 1 - step), 1);
+    EXPECT_DOUBLE_EQ(foldOf(1, kInf, step).fold(0, 1), 1 + step / 4);  // (y - l + a)² / 4a
+    EXPECT_EQ(foldOf(1, kInf, step).fold(0, 1 + step), 1 + step);
+  }
+}
+
+TEST(UnitExponent, BeginsWhereSquaresMightBeNone) {
+  const auto power = [](int k) { return std::ldexp(1.0, k); };
+  EXPECT_EQ(unitExponent(0, power(333)), 0);
+  EXPECT_EQ(unitExponent(0, power(334)), 334);
+  EXPECT_EQ(unitExponent(0, power(-333)), 0);
+  EXPECT_EQ(unitExponent(0, power(-334)), -334);
+  EXPECT_EQ(unitExponent(power(52), kInf), 0);
+  EXPECT_EQ(unitExponent(power(53), kInf), 13);
+  EXPECT_EQ(unitExponent(-kInf, -power(60)), 20);
+  EXPECT_EQ(unitExponent(-kInf, 0), 0);
+  EXPECT_EQ(unitExponent(-power(1023), 0.5 * power(1023)), 1023);
+  EXPECT_EQ(unitExponent(-power(1023), power(1023)), 1024);
+}
+
 }  // namespace
 }  // namespace traceur::optim

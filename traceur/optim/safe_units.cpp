@@ -101,9 +101,9 @@ class FamilyInUnits : public InUnits<FamilyOptimizer> {
     if (!family) return family;
     for (auto point : family->curve.points.colwise()) point = units().outward(point);
     if (family->curve.bounds.any()) {
-      const Eigen::Index n = units().lower().size();
-      const VectorXd steps = units().outward(VectorXd::Ones(n));  // of variables with one bound
-      family->curve.bounds = BoundFold(units().lower(), units().upper(), steps);
+      VectorXd margins(units().lower().size());
+      for (int i = 0; i < margins.size(); ++i) margins[i] = family->curve.bounds.margin(i);
+      family->curve.bounds = BoundFold(units().lower(), units().upper(), units().outward(margins));
     }
     return family;
   }
