@@ -65,6 +65,38 @@ void runGeneration(Optimizer& optimizer, const Problem& problem) {
   for (const Candidate& c : optimizer.ask()) optimizer.tell(c.id, problem.evaluate(c.x));
 }
 
+/// Whether a search that was written down in the middle of a generation ends it like the one that
+/// was not, though it is told what is left last first, and without having asked.
+template <class Make>
+void expectResumesInBetween(const Make& make, const Problem& problem) {
+  const auto whole = make();
+  for (int g = 0; g < 40; ++g) {
+    const std::vector<Candidate> candidates = whole->ask();
+    const size_t half = candidates.size() / 2;
+    for (size_t k = 0; k < half; ++k) {
+      whole->tell(candidates[k].id, problem.evaluate(candidates[k].x));
+    }
+    const auto resumed = make();
+    resumed->restore(whole->save());
+    ASSERT_EQ(resumed->save(), whole->save());
+    for (size_t k = candidates.size(); k-- > half;) {
+      resumed->tell(candidates[k].id, problem.evaluate(candidates[k].x));
+    }
+    for (size_t k = half; k < candidates.size(); ++k) {
+      whole->tell(candidates[k].id, problem.evaluate(candidates[k].x));
+    }
+    ASSERT_EQ(resumed->save(), whole->save()) << g;
+    if (candidates.empty()) continue;
+    // What is over is not told again, nor is what has not come yet.
+    const std::string before = whole->save();
+    for (const std::uint64_t id :
+         {candidates[0].id, candidates.back().id, candidates[0].id + 9999}) {
+      EXPECT_THROW(whole->tell(id, problem.evaluate(candidates[0].x)), InputError);
+    }
+    EXPECT_EQ(whole->save(), before);
+  }
+}
+
 /// Whether a search goes on as if nothing had been, from wherever it was written down.
 template <class Make>
 void expectResumes(const Make& make, const Problem& problem) {
@@ -90,6 +122,7 @@ TEST(AllOptimizers, GoOnFromWhatTheyWroteDown) {
   for (const OptimizerEntry& entry : allOptimizers()) {
     SCOPED_TRACE(entry.name);
     expectResumes([&] { return entry.make(problem, {.seed = 3}); }, problem);
+    expectResumesInBetween([&] { return entry.make(problem, {.seed = 3}); }, problem);
   }
 }
 
@@ -99,6 +132,7 @@ TEST(AllFamilyOptimizers, GoOnFromWhatTheyWroteDown) {
     SCOPED_TRACE(entry.name);
     EXPECT_EQ(&findFamilyOptimizer(entry.name), &entry);
     expectResumes([&] { return entry.make(problem, {.seed = 3}); }, problem);
+    expectResumesInBetween([&] { return entry.make(problem, {.seed = 3}); }, problem);
   }
 }
 
@@ -139,8 +173,52 @@ TEST(CmaEsOptionsOf, SurvivesABoxWiderThanTheLargestNumber) {
                                 sphere);
   const CmaEsOptions o = cmaEsOptions(problem, {});
   EXPECT_EQ(o.scale, VectorXd::Ones(2));
-  EXPECT_TRUE(o.x0.allFinite());
+  EXPECT_EQ(o.x0, VectorXd::Constant(2, 0.25e308));
   EXPECT_NO_THROW(CmaEs{o});
+}
+
+TEST(AllFamilyOptimizers, AWrongNameGetsASuggestion) {
+  try {
+    findFamilyOptimizer("curv");
+    FAIL();
+  } catch (const InputError& e) {
+    const std::string said = e.what();
+    EXPECT_EQ(said.find("no optimiser of families \"curv\". Did you mean \"curve\"?"), 0);
+    for (const FamilyOptimizerEntry& entry : allFamilyOptimizers()) {
+      EXPECT_NE(said.find(entry.name), std::string::npos) << entry.name;
+    }
+  }
+}
+
+TEST(CostsOfTasks, AreNaNWhereATrialSaysNothing) {
+  const auto costs = [](const Evaluation& e) { return costsOfTasks("here", e, 3); };
+  const auto nothing = [](const std::vector<double>& c) {
+    return c.size() == 3 && std::isnan(c[0]) && std::isnan(c[1]) && std::isnan(c[2]);
+  };
+  EXPECT_EQ(costs({.cost = 2, .task_costs = {1, 2, 3}}), (std::vector<double>{1, 2, 3}));
+  EXPECT_TRUE(nothing(costs({.cost = 2, .failed = true, .task_costs = {1, 2, 3}})));
+  EXPECT_TRUE(nothing(costs({.cost = 2, .failed = true, .task_costs = {1}})));
+  EXPECT_TRUE(nothing(costs({.cost = NAN})));
+  EXPECT_TRUE(nothing(costs({})));
+  // Without a mean, what it says of some tasks counts.
+  const std::vector<double> some = costs({.cost = NAN, .task_costs = {-kInf, 7, NAN}});
+  EXPECT_TRUE(std::isnan(some[0]) && std::isnan(some[2]));
+  EXPECT_EQ(some[1], 7);
+  for (const Evaluation& e : {Evaluation{.cost = 1}, Evaluation{.cost = 1, .task_costs = {1, 2}},
+                              Evaluation{.cost = NAN, .task_costs = {1, 2, 3, 4}}}) {
+    EXPECT_THROW(costs(e), InputError);
+  }
+  try {
+    costs({.cost = 1, .task_costs = {1, 2}});
+  } catch (const InputError& e) {
+    EXPECT_STREQ(e.what(), "here: expected a trial's costs of 3 tasks, got 2");
+  }
+}
+
+TEST(CmaEsOptionsOf, RefusesReversedBoundsByItself) {
+  const FunctionProblem reversed(VectorXd::Ones(2), VectorXd::Zero(2), sphere);
+  EXPECT_THROW(cmaEsOptions(reversed, {}), InputError);
+  EXPECT_THROW(onePlusOneOptions(FunctionProblem(2, sphere), {.lambda = -1}), InputError);
 }
 
 }  // namespace

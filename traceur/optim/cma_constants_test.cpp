@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
 #include "traceur/optim/cma_es.h"
 
 namespace traceur::optim {
@@ -96,6 +100,47 @@ TEST(CmaConstants, PassiveHasNoNegativeWeights) {
   const CmaConstants passive = cmaConstants(10, 0, false);
   EXPECT_EQ(passive.weights.tail(5), VectorXd::Zero(5));
   EXPECT_EQ(passive.weights.head(5), active.weights.head(5));
+}
+
+TEST(CmaConstants, AreThoseOfTheirFormulas) {
+  // E‖N(0, I)‖ as its series has it, written out.
+  EXPECT_DOUBLE_EQ(cmaConstants(1).chi_n, 1 - 0.25 + 1.0 / 21);
+  EXPECT_DOUBLE_EQ(cmaConstants(2).chi_n, std::sqrt(2) * (1 - 0.125 + 1.0 / 84));
+  EXPECT_DOUBLE_EQ(cmaConstants(5).chi_n, std::sqrt(5) * (0.95 + 1.0 / 525));
+  // Large populations are damped more.
+  for (const auto& [n, lambda] : {std::pair(3, 60), std::pair(10, 200), std::pair(10, 10)}) {
+    const CmaConstants c = cmaConstants(n, lambda);
+    const double more = std::sqrt((c.mu_eff - 1) / (n + 1)) - 1;
+    EXPECT_EQ(more > 0, lambda > 10);
+    EXPECT_DOUBLE_EQ(c.d_sigma - c.c_sigma - 1, more > 0 ? 2 * more : 0);
+    EXPECT_DOUBLE_EQ(c.c_sigma, (c.mu_eff + 2) / (n + c.mu_eff + 3));
+  }
+  // The rank-μ update takes what the rank-one update leaves, and no more.
+  const CmaConstants large = cmaConstants(2, 1000);
+  EXPECT_EQ(large.c_mu, 1 - large.c_1);
+}
+
+TEST(CmaConstants, NegativeWeightsKeepWithinTheTightestOfThreeBounds) {
+  int tightest[3] = {0, 0, 0};
+  for (const int n : {1, 2, 5, 20}) {
+    for (const int lambda : {4, 8, 20, 100}) {
+      const CmaConstants c = cmaConstants(n, lambda);
+      double sum = 0;
+      double squares = 0;
+      for (int i = lambda / 2; i < lambda; ++i) {
+        const double w = std::log((lambda + 1) / 2.0 / (i + 1));
+        sum += w;
+        squares += w * w;
+      }
+      EXPECT_NEAR(c.mu_eff_minus, sum * sum / squares, 1e-12);
+      const double bounds[] = {1 + c.c_1 / c.c_mu, 1 + 2 * c.mu_eff_minus / (c.mu_eff + 2),
+                               (1 - c.c_1 - c.c_mu) / (n * c.c_mu)};
+      const double* least = std::min_element(std::begin(bounds), std::end(bounds));
+      EXPECT_NEAR(-c.weights.tail(lambda - c.mu).sum(), *least, 1e-12) << n << " " << lambda;
+      ++tightest[least - std::begin(bounds)];
+    }
+  }
+  for (const int times : tightest) EXPECT_GT(times, 0);
 }
 
 }  // namespace

@@ -442,8 +442,21 @@ TEST(CurveCma, RefusesWrongOptions) {
 TEST(TaskPositions, RunFromZeroToOne) {
   EXPECT_EQ(taskPositions("test", VectorXd{{2, 3, 6}}), (VectorXd{{0, 0.25, 1}}));
   EXPECT_EQ(taskPositions("test", VectorXd{{7}}), VectorXd{{0}});
-  EXPECT_THROW(taskPositions("test", {}), InputError);
-  EXPECT_THROW(taskPositions("test", VectorXd{{0, kInf}}), InputError);
+  EXPECT_EQ(taskPositions("test", VectorXd{{-1.7e308, 0, 1.7e308}}), (VectorXd{{0, 0.5, 1}}));
+  EXPECT_EQ(taskPositions("test", VectorXd{{-3, 1, 4, 5}}), (VectorXd{{0, 0.5, 0.875, 1}}));
+  const auto message = [](const VectorXd& tasks) -> std::string {
+    try {
+      taskPositions("test", tasks);
+      return "";
+    } catch (const InputError& e) {
+      return e.what();
+    }
+  };
+  EXPECT_EQ(message({}), "test: expected a problem with tasks, got none");
+  EXPECT_EQ(message(VectorXd{{kNaN}}), "test: task 0 is nan");
+  EXPECT_EQ(message(VectorXd{{0, kInf}}), "test: task 1 is inf");
+  EXPECT_EQ(message(VectorXd{{3, 2}}), "test: expected rising tasks, got 2 after 3");
+  EXPECT_EQ(message(VectorXd{{1, 2, 2}}), "test: expected rising tasks, got 2 after 2");
 }
 
 }  // namespace

@@ -54,5 +54,15 @@ TEST(Curve, StaysInsideItsBounds) {
   }
 }
 
+TEST(Curve, OfATaskRoundedIsTheKnotThatWasRun) {
+  const Curve c{Curve::Kind::kPolyline, MatrixXd{{0, 0.3, 1}, {7, 1.0 / 3, 5}}};
+  for (const double off : {-1e-12, 0.0, 1e-12}) {
+    EXPECT_EQ(c.at(0.5 + off), c.points.col(1)) << off;
+    EXPECT_EQ(c.at(1 + off), c.points.col(2)) << off;
+  }
+  EXPECT_NE(c.at(0.5 + 1e-8), c.points.col(1));
+  EXPECT_NEAR(c.at(0.25)[1], (7 + 1.0 / 3) / 2, 1e-15);
+}
+
 }  // namespace
 }  // namespace traceur::optim

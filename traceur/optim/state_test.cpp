@@ -93,18 +93,26 @@ TEST(State, RefusesNumbersOutOfTheirRange) {
     return [v](StateWriter& w) { w.reals(std::vector<double>{1, v, 2}); };
   };
   const auto in_2_5 = [](StateReader& r) { r.integer(2, 5); };
-  EXPECT_TRUE(reads(integer(5), in_2_5));
+  EXPECT_TRUE(reads(integer(2), in_2_5) && reads(integer(5), in_2_5));
   EXPECT_FALSE(reads(integer(6), in_2_5) || reads(integer(1), in_2_5));
   const auto boolean = [](StateReader& r) { r.boolean(); };
   EXPECT_TRUE(reads(integer(0), boolean) && reads(integer(1), boolean));
   EXPECT_FALSE(reads(integer(2), boolean) || reads(integer(UINT64_MAX), boolean));
   EXPECT_FALSE(reads(integer(1), [](StateReader& r) { r.count(8); })) << "nothing is left";
   EXPECT_FALSE(reads(integer(UINT64_MAX), [](StateReader& r) { r.count(8); }));
+  const auto two_words = [](StateWriter& w) { w.integer(2), w.real(1), w.real(2); };
+  EXPECT_TRUE(reads(two_words, [](StateReader& r) { EXPECT_EQ(r.count(8), 2u); }));
+  EXPECT_FALSE(reads(two_words, [](StateReader& r) { r.count(9); }));
+  const double most = std::numeric_limits<double>::max();
   const auto finite = [](StateReader& r) { r.finite(); };
-  EXPECT_TRUE(reads(real(-1e308), finite));
+  EXPECT_TRUE(reads(real(most), finite) && reads(real(-most), finite));
   EXPECT_FALSE(reads(real(NAN), finite) || reads(real(kInf), finite) || reads(real(-kInf), finite));
   const auto positive = [](StateReader& r) { r.positive(); };
-  EXPECT_TRUE(reads(real(5e-324), positive));
+  EXPECT_TRUE(reads(real(5e-324), positive) && reads(real(most), positive));
+  EXPECT_FALSE(reads(real(kInf), positive));
+  const auto in_1_2 = [](StateReader& r) { r.real(1, 2); };
+  EXPECT_TRUE(reads(real(1), in_1_2) && reads(real(2), in_1_2));
+  EXPECT_FALSE(reads(real(0.99), in_1_2) || reads(real(2.01), in_1_2));
   EXPECT_FALSE(reads(real(0), positive) || reads(real(-1), positive) || reads(real(NAN), positive));
   double values[3];
   const auto all_finite = [&](StateReader& r) { r.finite(values); };
@@ -115,16 +123,38 @@ TEST(State, RefusesNumbersOutOfTheirRange) {
 
 TEST(State, ReadsNoReasonToStopThatIsNoWord) {
   for (const auto& [reason, good] :
-       {std::pair("tolx", true), std::pair("", false), std::pair("\x1b[2J", false)}) {
+       {std::pair(std::string("no candidates"), true), std::pair(std::string(), false),
+        std::pair(std::string("\x1b[2J"), false), std::pair(std::string("tolX"), false),
+        std::pair(std::string(40, 'a'), true), std::pair(std::string(41, 'a'), false)}) {
     StateWriter w("thing", 1);
     writeStop(w, Stop{reason, 1, 2});
     const std::string bytes = w.finish();
     StateReader r(bytes, "thing", 1);
     if (good) {
-      EXPECT_EQ(readStop(r)->reason, reason);
+      const std::optional<Stop> stop = readStop(r);
+      ASSERT_TRUE(stop);
+      EXPECT_EQ(stop->reason, reason);
+      EXPECT_EQ(stop->value, 1);
+      EXPECT_EQ(stop->limit, 2);
+      EXPECT_NO_THROW(r.finish());
     } else {
       EXPECT_THROW(readStop(r), InputError);
     }
+  }
+}
+
+TEST(State, SaysWhatIsLeft) {
+  StateWriter w("thing", 1);
+  w.integer(3);
+  w.integer(4);
+  const std::string bytes = w.finish();
+  StateReader r(bytes, "thing", 1);
+  EXPECT_EQ(r.integer(), 3u);
+  try {
+    r.finish();
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_STREQ(e.what(), "cannot restore thing: 8 bytes too many");
   }
 }
 

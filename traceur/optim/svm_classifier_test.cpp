@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "traceur/core/random.h"
 
 namespace traceur::optim {
@@ -56,6 +59,39 @@ TEST(SvmClassifier, CopesWithContradictionsAndDuplicates) {
   const MatrixXd X = MatrixXd::Zero(3, 8);
   const SvmClassifier svm(X, {true, false, true, false, true, false, true, false}, {.C = 100});
   EXPECT_TRUE(std::isfinite(svm.decision(VectorXd::Zero(3))));
+}
+
+TEST(SvmClassifier, OfFewPointsIsTheOneThatCanBeWrittenDown) {
+  const double gamma = 0.4;
+  const auto kernel = [&](const VectorXd& a, const VectorXd& b) {
+    return std::exp(-gamma * (a - b).squaredNorm());
+  };
+  MatrixXd X(2, 2);
+  X << 0, 1, 0.5, -1;
+  const VectorXd away{{0.3, 0.4}};
+  const double apart = kernel(X.col(0), X.col(1));
+  const double difference = kernel(away, X.col(0)) - kernel(away, X.col(1));
+  // One of each: both weigh 1/(1 - k), or C if that is less, and the boundary lies in the middle.
+  for (const double C : {0.7, 100.0}) {
+    const SvmClassifier svm(X, {true, false}, {.gamma = gamma, .C = C, .balanced = false});
+    EXPECT_NEAR(svm.decision(away), std::min(C, 1 / (1 - apart)) * difference, 1e-2);
+    EXPECT_NEAR(svm.decision((X.col(0) + X.col(1)) / 2), 0, 1e-9);
+    EXPECT_EQ(svm.supportVectors(), 2);
+  }
+  // Two equal ones against one, all at what they may weigh: balanced, C count / (2 its label's).
+  MatrixXd three(2, 3);
+  three << X.col(0), X.col(1), X.col(1);
+  for (const bool first : {true, false}) {
+    const SvmClassifier plain(three, {first, !first, !first},
+                              {.gamma = gamma, .C = 0.1, .balanced = false});
+    const SvmClassifier balanced(three, {first, !first, !first},
+                                 {.gamma = gamma, .C = 0.1, .balanced = true});
+    const double sign = first ? 1 : -1;
+    EXPECT_NEAR(plain.decision(away) - plain.decision(X.col(1)),
+                sign * 0.1 * (difference + 1 - apart), 1e-9);
+    EXPECT_NEAR(balanced.decision(away) - balanced.decision(X.col(1)),
+                sign * 0.15 * (difference + 1 - apart), 1e-9);
+  }
 }
 
 }  // namespace
