@@ -114,9 +114,10 @@ std::unique_ptr<CmaEs> CmaC::makeDescent(std::uint64_t descent) const {
   if (descent > 0) {
     Random random(o.seed, kDescentStream, descent);
     for (int i = 0; i < o.x0.size(); ++i) {
-      const double x = o.x0[i] + o.sigma * o.scale[i] * random.normal();
-      o.x0[i] = std::min(std::max(x, o.lower.size() > 0 ? o.lower[i] : x),
-                         o.upper.size() > 0 ? o.upper[i] : x);
+      double& x = o.x0[i];
+      x += o.sigma * o.scale[i] * random.normal();
+      if (o.lower.size() > 0) x = std::max(x, o.lower[i]);
+      if (o.upper.size() > 0) x = std::min(x, o.upper[i]);
     }
     o.seed = random.bits();
   }

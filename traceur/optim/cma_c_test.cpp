@@ -6,6 +6,8 @@
 #include <functional>
 
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
+#include "traceur/optim/cma_constants.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/test_functions.h"
 
@@ -194,6 +196,49 @@ TEST(CmaC, RefusesWhatCannotBeUsed) {
                InputError);
   CmaC c({.cma = cma, .constraints = 1});
   EXPECT_THROW(c.tell(c.ask()[0].id, {.cost = 1, .violated = {true, false}}), InputError);
+}
+
+TEST(CmaC, EveryDescentBeginsAboutTheStartInsideTheBounds) {
+  const CmaEsOptions cma{.x0 = Eigen::Vector2d(1, 2),
+                         .sigma = 0.5,
+                         .scale = Eigen::Vector2d(1, 10),
+                         .lower = Eigen::Vector2d(0.9, -100),
+                         .lambda = 4,
+                         .seed = 7,
+                         .termination = {.maxiter = 1}};
+  CmaCOptions o{.cma = cma, .constraints = 1, .follow = false, .restarts = 6};
+  CmaC c(o);
+  for (int descent = 0; descent <= 6; ++descent) {
+    EXPECT_EQ(c.descents(), descent + 1);
+    VectorXd x0 = cma.x0;
+    std::uint64_t seed = 7;
+    if (descent > 0) {
+      Random random(7, kDescentStream, static_cast<std::uint64_t>(descent));
+      x0[0] = std::max(0.9, 1 + 0.5 * random.normal());
+      x0[1] = 2 + 5 * random.normal();
+      seed = random.bits();
+    }
+    EXPECT_EQ(c.cma().options().x0, x0) << descent;
+    EXPECT_EQ(c.cma().options().seed, seed) << descent;
+    for (const Candidate& p : c.ask()) {
+      EXPECT_EQ(p.id / 4, static_cast<std::uint64_t>(descent));
+      c.tell(p.id, {.cost = 1 + p.x[0], .violated = {true}});
+    }
+  }
+  EXPECT_EQ(c.descents(), 7);
+  ASSERT_TRUE(c.stopped());
+  EXPECT_EQ(c.stopped()->reason, "maxiter");
+
+  // Two bounds: the upper one holds, too.
+  o.cma.upper = Eigen::Vector2d(1.1, 3);
+  CmaC boxed(o);
+  int held = 0;
+  for (int descent = 0; descent < 6; ++descent) {
+    for (const Candidate& p : boxed.ask()) boxed.tell(p.id, {.cost = 1, .violated = {true}});
+    EXPECT_TRUE((boxed.cma().options().x0.array() <= o.cma.upper.array()).all());
+    held += boxed.cma().options().x0[1] == 3;
+  }
+  EXPECT_GT(held, 0);
 }
 
 }  // namespace
