@@ -13,6 +13,7 @@
 #include "traceur/core/random.h"
 #include "traceur/optim/all.h"
 #include "traceur/optim/minimise.h"
+#include "traceur/optim/state.h"
 #include "traceur/optim/test_functions.h"
 
 namespace traceur::optim {
@@ -30,6 +31,10 @@ struct Textbook {
   double sigma;
   int updates = 0;
   int stalled = 0;  // generations with h_σ = 0
+  bool holds = false;
+  VectorXd held = {};  // the best feasible trial, and its cost
+  double held_cost = 0;
+  int taken = 0, clipped = 0;  // generations that learned from it, and from a place nearer by
 
   Textbook(const VectorXd& x0, double sigma0, bool active, int lambda = 0)
       : n(static_cast<int>(x0.size())),
@@ -40,19 +45,39 @@ struct Textbook {
         C(MatrixXd::Identity(n, n)),
         sigma(sigma0) {}
 
-  void learn(const std::vector<VectorXd>& x, const std::vector<Evaluation>& e) {
-    std::vector<int> rank(x.size());
-    std::iota(rank.begin(), rank.end(), 0);
-    std::stable_sort(rank.begin(), rank.end(), [&](int a, int b) { return better(e[a], e[b]); });
-    const auto good = std::count_if(e.begin(), e.end(), [](auto& v) { return v.meaningful(); });
-    if (good == 0) return;
-
+  void learn(std::vector<VectorXd> x, std::vector<Evaluation> e) {
+    const auto meaningful = [](const Evaluation& v) { return v.meaningful(); };
+    if (std::none_of(e.begin(), e.end(), meaningful)) return;
     SymmetricEigen eigen(n);
     eigen.compute(C);
     const MatrixXd root = eigen.vectors() * eigen.values().cwiseSqrt().cwiseInverse().asDiagonal() *
                           eigen.vectors().transpose();
+    const auto feasible = [](const Evaluation& v) { return v.feasible(); };
+    if (held.size() > 0 && std::none_of(e.begin(), e.end(), feasible)) {
+      const auto worst =
+          std::max_element(e.begin(), e.end(), [](auto& a, auto& b) { return better(a, b); });
+      const VectorXd y = held - m;
+      const double length = (root * y / sigma).norm();
+      const double longest = std::sqrt(n) + 2.0 * n / (n + 2);
+      ++taken;
+      clipped += length > longest;
+      x[worst - e.begin()] = m + y * std::min(1.0, longest / length);
+      *worst = {.cost = held_cost};
+    }
+    std::vector<int> rank(x.size());
+    std::iota(rank.begin(), rank.end(), 0);
+    std::stable_sort(rank.begin(), rank.end(), [&](int a, int b) { return better(e[a], e[b]); });
+    for (const int k : rank) {
+      if (!holds || !e[k].feasible() || (held.size() > 0 && e[k].cost >= held_cost)) continue;
+      held = x[k];
+      held_cost = e[k].cost;
+    }
+
+    const auto good = std::count_if(e.begin(), e.end(), meaningful);
     VectorXd w = c.weights;
-    const int mu = std::max<int>(1, std::min<int>(c.mu, static_cast<int>(good / 2)));
+    int mu = std::max<int>(1, std::min<int>(c.mu, static_cast<int>(good / 2)));
+    const auto pulling = static_cast<int>(std::count_if(e.begin(), e.end(), feasible));
+    if (holds && pulling > 0) mu = std::min(mu, pulling);
     for (int i = mu; i < c.mu; ++i) w[i] = 0;
     w.head(mu) /= w.head(mu).sum();
     for (int i = static_cast<int>(good); i < c.lambda; ++i) w[i] *= 0.5;
@@ -98,6 +123,7 @@ TEST(CmaEs, UpdatesAsTheTextbookDoes) {
     double sigma;
     bool active;
     std::function<Evaluation(const VectorXd&)> f;
+    bool holds = false;
   };
   const std::vector<Case> cases = {
       {"active", 6, 0, 0.5, true, rotatedValley},
@@ -110,14 +136,28 @@ TEST(CmaEs, UpdatesAsTheTextbookDoes) {
        [](auto& x) {
          return Evaluation{.cost = sphere(x), .violated = {x[0] < 0.5, false}};
        }},
+      // Whether and at what cost is chance, so that what is held stays behind.
+      {"held", 3, 0, 0.5, true,
+       [](auto& x) {
+         return Evaluation{.cost = std::cos(3e4 * x[1]),
+                           .violated = {std::sin(1e4 * x[0]) < 0.9},
+                           .failed = std::sin(2e4 * x[2]) > 0.9};
+       },
+       true},
       {"failures", 5, 0, 0.5, true,
        [](auto& x) { return Evaluation{.cost = sphere(x), .failed = std::sin(1e4 * x[0]) > 0.2}; }},
   };
   for (const Case& k : cases) {
     SCOPED_TRACE(k.what);
     const VectorXd x0 = VectorXd::LinSpaced(k.n, 1, 2);
-    CmaEs cma({.x0 = x0, .sigma = k.sigma, .lambda = k.lambda, .active = k.active, .seed = 11});
+    CmaEs cma({.x0 = x0,
+               .sigma = k.sigma,
+               .lambda = k.lambda,
+               .active = k.active,
+               .seed = 11,
+               .hold_feasible = k.holds});
     Textbook book(x0, k.sigma, k.active, k.lambda);
+    book.holds = k.holds;
     for (int g = 0; g < 40; ++g) {
       std::vector<VectorXd> x;
       std::vector<Evaluation> e;
@@ -137,6 +177,12 @@ TEST(CmaEs, UpdatesAsTheTextbookDoes) {
     }
     if (k.sigma < 0.01) {
       EXPECT_GT(book.stalled, 3);
+    }
+    if (k.holds) {
+      EXPECT_GT(book.taken, 5);
+      EXPECT_GT(book.clipped, 0);
+      EXPECT_LT(book.clipped, book.taken);
+      EXPECT_EQ(cma.state().held_cost, book.held_cost);
     }
   }
 }
@@ -242,6 +288,18 @@ TEST(CmaEs, GrowsItsStepOnAPlateau) {
   half_book.learn(x, mixed);
   for (const Candidate& k : half.ask()) half.tell(k.id, mixed[k.id]);
   EXPECT_NEAR(half.state().sigma, half_book.sigma, 1e-12);
+
+  // Of eight trials the best six must be equal, not five.
+  for (const int equal : {5, 6}) {
+    CmaEs most({.x0 = VectorXd::Zero(5), .sigma = 0.1});
+    Textbook most_book(VectorXd::Zero(5), 0.1, true);
+    std::vector<Evaluation> costs(x.size(), {.cost = 3});
+    for (size_t k = static_cast<size_t>(equal); k < 8; ++k) costs[k].cost = 4;
+    most_book.learn(x, costs);
+    for (const Candidate& k : most.ask()) most.tell(k.id, costs[k.id]);
+    const double more = equal == 6 ? std::exp(0.2 + c.c_sigma / c.d_sigma) : 1;
+    EXPECT_NEAR(most.state().sigma, most_book.sigma * more, 1e-12) << equal;
+  }
 
   // Started on a plateau six steps wide, it finds the slope beyond.
   const FunctionProblem problem(5, [](const VectorXd& v) { return std::min(sphere(v), 300.0); });
@@ -773,6 +831,272 @@ TEST(CmaEs, AStateStaysSmall) {
   EXPECT_LT(early, 4000);
   const size_t basis = (1 + 2 * 2 + 1 + 2) * 8;  // of a distribution that noise has drawn out
   EXPECT_LE(cma.save().size(), early + basis + size_t{3000 / 5 - 50} * 32);  // a fifth is looked at
+}
+
+/// A search with the same distribution and paths, whose shape stands in T = U diag(lengths), not in
+/// C. What it drew is the same only if U, lengths are the B, D of what it was.
+std::string withBasis(const CmaEs& cma, const MatrixXd& U, const VectorXd& lengths) {
+  const CmaState& s = cma.state();
+  const auto n = static_cast<int>(s.mean.size());
+  const std::string state = cma.save();
+  StateReader r(state, "cma-es", 4);
+  StateWriter w("cma-es", 4);
+  const auto reals = [&](const auto& m) { w.reals({m.data(), static_cast<size_t>(m.size())}); };
+  for (int i = 0; i < 5; ++i) w.integer(r.integer());
+  w.real(r.real());
+  for (int i = 0; i < 6; ++i) r.reals();
+  r.boolean();
+  r.real();
+  reals(s.mean);
+  reals(VectorXd(VectorXd::Ones(n)));
+  reals(VectorXd(U.transpose() * s.p_sigma));
+  reals(VectorXd((U.transpose() * s.p_c).cwiseQuotient(lengths)));
+  reals(MatrixXd(MatrixXd::Identity(n, n)));
+  reals(MatrixXd(MatrixXd::Identity(n, n)));
+  w.integer(1);
+  reals(U);
+  reals(lengths);
+  w.real(1);
+  for (int i = 0; i < 4; ++i) w.integer(r.integer());
+  const bool holds = r.boolean();
+  w.integer(holds);
+  if (holds) w.reals(r.reals());
+  w.real(r.real());
+  writeStop(w, readStop(r));
+  for (int i = 0; i < 2 * cma.constants().lambda; ++i) w.integer(r.integer());
+  w.integer(r.integer());
+  const std::uint64_t kept = r.integer();
+  w.integer(kept);
+  for (std::uint64_t i = 0; i < 4 * kept; ++i) w.integer(r.integer());
+  r.finish();
+  return w.finish();
+}
+
+TEST(CmaEs, IsTheSameSearchInAnyBasis) {
+  // Each generation once more in T's coordinates, which then are the axes of C.
+  constexpr double inf = kInf;
+  struct Case {
+    const char* what;
+    CmaEsOptions o;
+    bool stops;
+  };
+  const VectorXd x0 = VectorXd::Zero(3);
+  const VectorXd scale{{1, 2, 0.5}};
+  const VectorXd lower{{-1, -inf, -inf}};
+  const VectorXd upper{{1, inf, inf}};
+  const VectorXd far = VectorXd::Constant(3, 1e17);
+  for (const Case& c : std::initializer_list<Case>{
+           {"free", {.x0 = x0, .sigma = 0.5, .scale = scale}, false},
+           {"in a box", {.x0 = x0, .sigma = 2.0 / 3, .lower = lower, .upper = upper}, false},
+           {"held", {.x0 = x0, .sigma = 0.5, .scale = scale, .hold_feasible = true}, false},
+           {"tolx", {.x0 = x0, .sigma = 0.5, .termination = {.tolx = 1e9}}, true},
+           {"tolxup", {.x0 = x0, .sigma = 0.5, .termination = {.tolxup = 0}}, true},
+           {"tolupsigma", {.x0 = x0, .sigma = 0.5, .termination = {.tolupsigma = 0}}, true},
+           {"noeffectcoord", {.x0 = far, .sigma = 0.5, .scale = scale}, true}}) {
+    SCOPED_TRACE(c.what);
+    CmaEs plain(c.o);
+    CmaEs moved(c.o);
+    int moved_again = 0;
+    for (int g = 0; g < 25; ++g) {
+      const MatrixXd B = plain.state().B;
+      const VectorXd D = plain.state().D;
+      moved.restore(withBasis(plain, B, D));
+      EXPECT_LE((moved.covariance() - plain.covariance()).norm(),
+                1e-12 * plain.covariance().norm());
+      EXPECT_NEAR(moved.longestAxis(), plain.longestAxis(), 1e-12 * plain.longestAxis());
+      const std::vector<Candidate> candidates = plain.ask();
+      const std::vector<Candidate> same = moved.ask();
+      for (size_t k = 0; k < candidates.size(); ++k) {
+        ASSERT_LE((candidates[k].x - same[k].x).norm(), 1e-11 * (1 + candidates[k].x.norm()));
+        Evaluation e = rotatedValley(candidates[k].x - c.o.x0);
+        if (c.o.hold_feasible) e.violated = {g > 0 && (g * 8 + static_cast<int>(k)) % 11 > 0};
+        plain.tell(candidates[k].id, e);
+        moved.tell(same[k].id, e);
+      }
+      const CmaState& a = plain.state();
+      const CmaState& b = moved.state();
+      ASSERT_LE((a.mean - b.mean).norm(), 1e-9 * (1 + a.mean.norm())) << g;
+      ASSERT_NEAR(a.sigma, b.sigma, 1e-9 * a.sigma);
+      ASSERT_LE((moved.covariance() - plain.covariance()).norm(), 1e-8 * plain.covariance().norm());
+      ASSERT_NEAR(a.p_sigma.norm(), b.p_sigma.norm(), 1e-8);
+      const MatrixXd T = b.axes * b.lengths.asDiagonal();
+      ASSERT_LE((T * b.p_c - a.p_c).norm(), 1e-8 * (1 + a.p_c.norm())) << g;
+      if (T.isApprox(B * D.asDiagonal(), 1e-13)) {
+        ASSERT_LE((B * b.p_sigma - a.p_sigma).norm(), 1e-8) << g;
+      } else {
+        ++moved_again;
+        EXPECT_TRUE(b.C.isIdentity() && b.B.isIdentity() && b.D.isOnes());
+        EXPECT_EQ(b.condition, 1);
+      }
+      ASSERT_EQ(plain.stopped().has_value(), c.stops);
+      ASSERT_EQ(moved.stopped().has_value(), c.stops);
+      if (!c.stops) continue;
+      EXPECT_EQ(plain.stopped()->reason, c.what);
+      EXPECT_EQ(moved.stopped()->reason, c.what);
+      EXPECT_NEAR(moved.stopped()->value / plain.stopped()->value, 1, 1e-8);
+      EXPECT_NEAR(moved.stopped()->limit, plain.stopped()->limit, 1e-9 * plain.stopped()->limit);
+    }
+    EXPECT_EQ(moved_again > 0, c.o.lower.size() > 0);
+  }
+}
+
+TEST(CmaEs, StopsInAnotherBasisByTheLengthsOfItsAxes) {
+  // A generation of failures changes nothing but is looked at.
+  const auto stop = [](CmaTermination t, const VectorXd& lengths, double mean) {
+    CmaEs cma({.x0 = VectorXd::Constant(3, mean), .sigma = 1, .termination = t});
+    cma.restore(withBasis(cma, MatrixXd::Identity(3, 3), lengths));
+    for (const Candidate& c : cma.ask()) cma.tell(c.id, {.failed = true});
+    return cma.stopped();
+  };
+  const VectorXd lengths{{3, 2, 1}};
+  const auto expectStop = [&](const CmaTermination& t, const char* reason, double value) {
+    const std::optional<Stop> s = stop(t, lengths, 0);
+    ASSERT_TRUE(s) << reason;
+    EXPECT_EQ(s->reason, reason);
+    EXPECT_NEAR(s->value, value, 1e-12);
+  };
+  expectStop({.conditioncov = 8.9}, "conditioncov", 9);
+  EXPECT_FALSE(stop({.conditioncov = 9.1}, lengths, 0));
+  expectStop({.tolxup = 2.9}, "tolxup", 3);
+  EXPECT_FALSE(stop({.tolxup = 3.1}, lengths, 0));
+  expectStop({.tolx = 3.1}, "tolx", 3);
+  EXPECT_FALSE(stop({.tolx = 2.9}, lengths, 0));
+  // A step of a tenth is lost beside 10^8 once an axis is shorter than 10^-7.
+  const CmaTermination coordinate{.tolx = 0, .noeffectaxis = false};
+  const CmaTermination axis{.tolx = 0, .noeffectcoord = false};
+  for (const CmaTermination& t : {coordinate, axis}) {
+    const std::optional<Stop> s = stop(t, VectorXd::Constant(3, 1e-9), 1e8);
+    ASSERT_TRUE(s);
+    EXPECT_EQ(s->reason, t.noeffectaxis ? "noeffectaxis" : "noeffectcoord");
+    EXPECT_FALSE(stop(t, VectorXd::Constant(3, 1e-5), 1e8));
+  }
+}
+
+TEST(CmaEs, LimitsAreThemselvesAllowed) {
+  // Before anything is learned σ/σ₀, every axis and the condition are 1.
+  const auto reason = [](CmaTermination t) -> std::string {
+    CmaEs cma({.x0 = VectorXd::Zero(3), .sigma = 0.25, .termination = t});
+    for (const Candidate& c : cma.ask()) cma.tell(c.id, {.failed = true});
+    return cma.stopped() ? cma.stopped()->reason : "";
+  };
+  EXPECT_EQ(reason({.tolx = 1}), "");
+  EXPECT_EQ(reason({.tolx = 1.01}), "tolx");
+  EXPECT_EQ(reason({.tolxup = 1}), "");
+  EXPECT_EQ(reason({.tolxup = 0.99}), "tolxup");
+  EXPECT_EQ(reason({.tolupsigma = 1}), "");
+  EXPECT_EQ(reason({.tolupsigma = 0.99}), "tolupsigma");
+  EXPECT_EQ(reason({.conditioncov = 1}), "");
+  EXPECT_EQ(reason({.conditioncov = 0.99}), "conditioncov");
+  EXPECT_EQ(reason({.tolallfailed = 2}), "");
+  EXPECT_EQ(reason({.tolallfailed = 1}), "tolallfailed");
+  EXPECT_EQ(reason({.maxiter = 2}), "");
+  EXPECT_EQ(reason({.maxiter = 1}), "maxiter");
+}
+
+TEST(CmaEs, RaisesEigenvaluesThatAreNoiseOfRounding) {
+  // One axis of C is too short for doubles; T is not to take it over.
+  CmaEs cma({.x0 = VectorXd::Ones(2),
+             .sigma = 0.5,
+             .active = false,
+             .termination = {.conditioncov = 1e13}});
+  std::string state = cma.save();
+  StateReader r(state, "cma-es", 4);
+  StateWriter w("cma-es", 4);
+  for (int i = 0; i < 5; ++i) w.integer(r.integer());
+  w.real(r.real());
+  for (int i = 0; i < 6; ++i) {
+    std::vector<double> v = r.reals();
+    if (i == 1) v[1] = 1e-12;  // D
+    if (i == 4) v[3] = 1e-24;  // C
+    w.reals(v);
+  }
+  const size_t before = 8 + 8 + 6 + 8 + 8 * (6 + 4 * 3 + 2 * 5);
+  for (size_t at = before; at + 8 < state.size(); at += 8) w.integer(r.integer());
+  cma.restore(w.finish());
+  step(cma, [](auto& x) { return Evaluation{.cost = x[0]}; });
+  const CmaState& s = cma.state();
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  EXPECT_DOUBLE_EQ(s.D.minCoeff() / s.D.maxCoeff(), std::sqrt(epsilon));
+  EXPECT_NEAR(s.C(1, 1) / s.C(0, 0) / epsilon, 1, 1e-3);
+  EXPECT_GT(s.condition, 1e23);
+  EXPECT_EQ(s.lengths.size(), 0);
+  ASSERT_TRUE(cma.stopped());
+  EXPECT_EQ(cma.stopped()->reason, "conditioncov");
+}
+
+TEST(CmaEs, TakesTheLikeliestOrTheLastOfManyRefusedDraws) {
+  for (const bool likeliest : {true, false}) {
+    std::vector<std::vector<VectorXd>> drawn(4);
+    const auto remember = [&](int k, const VectorXd& x) {
+      drawn[k].push_back(x);
+      return 1e-12 / (1 + x.squaredNorm());
+    };
+    CmaEs cma({.x0 = VectorXd::Zero(2),
+               .sigma = 1,
+               .lambda = 4,
+               .acceptance = remember,
+               .max_draws = 5,
+               .likeliest = likeliest});
+    VectorXd mean = VectorXd::Zero(2);
+    for (const Candidate& c : cma.ask()) {
+      const std::vector<VectorXd>& all = drawn[c.id];
+      ASSERT_EQ(all.size(), 5u);
+      const auto nearest = std::min_element(all.begin(), all.end(),
+                                            [](auto& a, auto& b) { return a.norm() < b.norm(); });
+      EXPECT_EQ(c.x, likeliest ? *nearest : all.back());
+      if (c.id < 2) mean += cma.constants().weights[static_cast<int>(c.id)] * c.x;
+    }
+    // What is learned is what was taken; for C = I a step of y is one of z.
+    for (const Candidate& c : cma.ask()) cma.tell(c.id, {.cost = static_cast<double>(c.id)});
+    EXPECT_LT((cma.mean() - mean).norm(), 1e-14);
+    const CmaConstants& k = cma.constants();
+    const double factor = std::sqrt(k.c_sigma * (2 - k.c_sigma) * k.mu_eff);
+    EXPECT_LT((cma.state().p_sigma - factor * mean).norm(), 1e-14);
+    EXPECT_EQ(cma.state().refused, 20u);
+    step(cma, [](auto& x) { return Evaluation{.cost = x[0]}; });
+    EXPECT_EQ(cma.state().refused, 40u);
+  }
+}
+
+TEST(CmaEs, SaysWhatCannotBeUsedOrTold) {
+  const auto message = [](const auto& call) -> std::string {
+    try {
+      call();
+      return "";
+    } catch (const InputError& e) {
+      return e.what();
+    }
+  };
+  const auto made = [&](const CmaTermination& t) {
+    return message([&] { CmaEs({.x0 = VectorXd::Zero(3), .termination = t}); });
+  };
+  EXPECT_EQ(made({.tolx = -1}), "cma-es: expected tolx ≥ 0, got -1");
+  EXPECT_EQ(made({.tolfun = -1}), "cma-es: expected tolfun ≥ 0, got -1");
+  EXPECT_EQ(made({.tolfunhist = -1}), "cma-es: expected tolfunhist ≥ 0, got -1");
+  EXPECT_EQ(made({.tolflatfitness = -1}), "cma-es: expected tolflatfitness ≥ 0, got -1");
+  EXPECT_EQ(made({.tolxup = -1}), "cma-es: expected tolxup ≥ 0, got -1");
+  EXPECT_EQ(made({.tolupsigma = -1}), "cma-es: expected tolupsigma ≥ 0, got -1");
+  EXPECT_EQ(made({.conditioncov = -1}), "cma-es: expected conditioncov ≥ 0, got -1");
+  EXPECT_EQ(made({.tolstagnation = -1}), "cma-es: expected tolstagnation ≥ 0, got -1");
+  EXPECT_EQ(made({.maxiter = -1}), "cma-es: expected maxiter ≥ 0, got -1");
+  EXPECT_EQ(made({.tolallfailed = -1}), "cma-es: expected tolallfailed ≥ 0, got -1");
+  const auto lambda = [&](int count) {
+    return message([&] { CmaEs({.x0 = VectorXd::Zero(1), .lambda = count}); });
+  };
+  EXPECT_EQ(lambda(2), "");
+  EXPECT_EQ(lambda(kMaxLambda), "");
+  EXPECT_EQ(lambda(kMaxLambda + 1),
+            "cma-es: expected lambda in [2, 1000000], or 0 for the default, got 1000001");
+  EXPECT_EQ(message([] { CmaEs({.x0 = VectorXd::Zero(1), .max_draws = 1}); }), "");
+
+  CmaEs cma({.x0 = VectorXd::Zero(3), .lambda = 4});
+  const auto tell = [&](std::uint64_t id) { return message([&] { cma.tell(id, {.cost = 1}); }); };
+  EXPECT_EQ(tell(4), "cma-es: no candidate 4 in generation 0, which has 0 to 3");
+  for (std::uint64_t id = 0; id < 4; ++id) EXPECT_EQ(tell(id), "");
+  EXPECT_EQ(tell(3), "cma-es: no candidate 3 in generation 1, which has 4 to 7");
+  EXPECT_EQ(tell(8), "cma-es: no candidate 8 in generation 1, which has 4 to 7");
+  EXPECT_EQ(tell(7), "");
+  EXPECT_EQ(tell(7), "cma-es: candidate 7 has been told already");
 }
 
 }  // namespace
