@@ -4,11 +4,16 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
+#include <set>
 
+#include "tests/contract/crafted_state.h"
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
 #include "traceur/optim/cma_constants.h"
 #include "traceur/optim/minimise.h"
 
@@ -540,7 +545,7 @@ TEST(ContextualCma, BeginsAnewAboutItsBestCurveOnlyWhereCostsAreRough) {
       const double distance = (2 * optimizer.state().A - optimizer.best()->curve.points).norm();
       if (roughness > 0) {
         EXPECT_LT(distance, 1e-12) << height;
-        EXPECT_LT(optimizer.state().sigma, optimizer.options().sigma) << height;
+        EXPECT_DOUBLE_EQ(optimizer.state().sigma, 0.2 * optimizer.options().sigma) << height;
       } else {
         EXPECT_GT(distance, 0.1) << height;
         EXPECT_EQ(optimizer.state().sigma, optimizer.options().sigma) << height;
@@ -654,6 +659,452 @@ TEST(ContextualCma, RefusesWhatCannotBeUsed) {
   ContextualCma optimizer({.tasks = tasks, .x0 = x0});
   EXPECT_THROW(optimizer.tell(optimizer.ask()[0].id, {.cost = 1, .task_costs = {1, 2}}),
                InputError);
+}
+
+/// Where the numbers of a state with n = K = 1 stand.
+constexpr size_t kGenerationAt = 8 + 8 + 10 + 8 + 3 * 8;
+constexpr size_t kSigmaAt = kGenerationAt + 8 * 8;
+constexpr size_t kPointsAt = kSigmaAt + 2 * 8;
+constexpr size_t kCostsAt = kPointsAt + 8 * 8;
+
+std::string withNumber(const std::string& state, size_t at, double number) {
+  return withWord(state, at, std::bit_cast<std::uint64_t>(number));
+}
+
+TEST(ContextualCma, AGenerationIsAboutOneTaskOfEachStretch) {
+  // So narrow about a line from 0 to 39 that a sample tells the task it is drawn for.
+  ContextualCma cma({.tasks = VectorXd::LinSpaced(40, 0, 39), .x0 = VectorXd::Zero(1)});
+  std::string state = withNumber(cma.save(), kSigmaAt, 1e-9);
+  state = withNumber(state, kPointsAt + 8, 39);
+  std::set<int> seen;
+  std::vector<int> first(6, 0), twice(6, 0);  // how often a stretch is
+  for (std::uint64_t g = 0; g < 200; ++g) {
+    cma.restore(withWord(state, kGenerationAt, g));
+    const std::vector<Candidate> candidates = cma.ask();
+    ASSERT_EQ(candidates.size(), 32u);
+    std::vector<int> tasks;
+    for (const Candidate& c : candidates) {
+      tasks.push_back(static_cast<int>(std::lround(c.x[0])));
+      EXPECT_NEAR(c.x[0], tasks.back(), 1e-6);
+      EXPECT_EQ(tasks.back(), tasks[(tasks.size() - 1) % 6]);
+    }
+    const std::set<int> anchors(tasks.begin(), tasks.end());
+    ASSERT_EQ(anchors.size(), 6u);
+    int stretch = 0;
+    for (const int anchor : anchors) {
+      EXPECT_GE(anchor, stretch * 40 / 6);
+      EXPECT_LT(anchor, (stretch + 1) * 40 / 6);
+      const auto samples = std::count(tasks.begin(), tasks.end(), anchor);
+      EXPECT_TRUE(samples == 5 || samples == 6);
+      twice[stretch] += samples == 6;
+      first[stretch] += tasks[0] == anchor;
+      ++stretch;
+      seen.insert(anchor);
+    }
+  }
+  EXPECT_EQ(seen.size(), 40u);
+  for (int stretch = 0; stretch < 6; ++stretch) {  // 1 in 6, and 2 in 6
+    EXPECT_GT(first[stretch], 15);
+    EXPECT_LT(first[stretch], 55);
+    EXPECT_GT(twice[stretch], 42);
+    EXPECT_LT(twice[stretch], 92);
+  }
+  // Never fewer tasks than control points, nor more than there are.
+  for (const int K : {1, 3}) {
+    ContextualCma few({.tasks = VectorXd::LinSpaced(3, 0, 2),
+                       .x0 = VectorXd::Zero(1),
+                       .sigma = 1e-9,
+                       .control_points = K,
+                       .lambda = K == 1 ? 5 : 32});
+    std::string bent = few.save();
+    for (int k = 0; k < K; ++k) {
+      bent = withNumber(bent, kPointsAt + 8 * static_cast<size_t>(k), k);
+    }
+    few.restore(bent);
+    std::set<long> tasks;
+    for (const Candidate& c : few.ask()) tasks.insert(std::lround(c.x[0]));
+    EXPECT_EQ(tasks.size(), static_cast<size_t>(K));
+  }
+}
+
+TEST(ContextualCma, SolvesTheSameProblemInAnyUnits) {
+  // Scales of powers of two multiply without rounding.
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  const VectorXd scale{{1, 1024, 0.125, 4}};
+  const VectorXd lower{{-1, -inf, -0.3, -inf}};
+  const VectorXd upper{{1, 2, inf, inf}};
+  const ContextualCmaOptions o{.tasks = VectorXd{{1, 2, 4}},
+                               .x0 = VectorXd{{0.5, 1.9, 0, 7}},
+                               .sigma = 0.25,
+                               .scale = VectorXd::Ones(4),
+                               .lower = lower,
+                               .upper = upper,
+                               .lambda = 12,
+                               .seed = 3,
+                               .tolx = 0.2,
+                               .max_restarts = 3};
+  ContextualCmaOptions scaled_options = o;
+  for (VectorXd* v :
+       {&scaled_options.x0, &scaled_options.scale, &scaled_options.lower, &scaled_options.upper}) {
+    *v = v->cwiseProduct(scale);
+  }
+  ContextualCma plain(o);
+  ContextualCma scaled(scaled_options);
+  const auto evaluate = [&](const VectorXd& x) {
+    Evaluation e{.cost = 0};
+    for (const double task : o.tasks) {
+      e.task_costs.push_back(
+          (x - VectorXd{{0.9 + 0.1 * task, 1.5, -0.2 - 0.1 * task, task}}).squaredNorm());
+      e.cost += e.task_costs.back() / 3;
+    }
+    return e;
+  };
+  for (int g = 0; g < 150 && !plain.stopped(); ++g) {
+    const std::vector<Candidate> a = plain.ask();
+    const std::vector<Candidate> b = scaled.ask();
+    ASSERT_EQ(a.size(), b.size());
+    for (size_t k = 0; k < a.size(); ++k) {
+      ASSERT_EQ(a[k].x.cwiseProduct(scale), b[k].x) << g;
+      plain.tell(a[k].id, evaluate(a[k].x));
+      scaled.tell(b[k].id, evaluate(b[k].x.cwiseQuotient(scale)));
+    }
+    ASSERT_EQ(plain.state().A, scaled.state().A) << g;
+    ASSERT_EQ(plain.state().C, scaled.state().C) << g;
+    ASSERT_EQ(plain.state().sigma, scaled.state().sigma) << g;
+    if (!plain.best()) continue;
+    EXPECT_EQ(plain.best()->curve.at(0.4).cwiseProduct(scale), scaled.best()->curve.at(0.4));
+  }
+  EXPECT_EQ(plain.state().restarts, 3);
+}
+
+TEST(ContextualCma, KeepsToOneSideOfTheMirrors) {
+  // The means of all tasks lie between the same two mirrors, or beyond the same single one.
+  for (const bool above : {true, false}) {
+    for (const int control_points : {2, 4}) {
+      for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        const NearBounds problem(0.97, above);
+        ContextualCma cma({.tasks = problem.tasks(),
+                           .x0 = VectorXd::Zero(6),
+                           .sigma = 0.5,
+                           .lower = problem.lower(),
+                           .upper = problem.upper(),
+                           .control_points = control_points,
+                           .seed = seed});
+        const BoundFold fold(problem.lower(), problem.upper(), VectorXd::Constant(6, 0.5));
+        MatrixXd Phi(control_points, 6);
+        for (int i = 0; i < 6; ++i) Phi.col(i) = bernstein(control_points, i / 5.0);
+        for (int g = 0; g < 40; ++g) {
+          for (const Candidate& c : cma.ask()) cma.tell(c.id, problem.evaluate(c.x));
+          const MatrixXd means = cma.state().A * Phi;
+          for (int i = 0; i < 6; ++i) {
+            const double low = fold.unfold(i, -1);
+            const double cell = above ? fold.unfold(i, 1) - low : 1e9;
+            const double turn = std::floor((means(i, 3) - low) / cell);
+            EXPECT_GE(means.row(i).minCoeff(), low + turn * cell - 1e-9);
+            EXPECT_LE(means.row(i).maxCoeff(), low + (turn + 1) * cell + 1e-9);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(ContextualCma, NarrowsTheBoxedVariableAndNothingElse) {
+  // As in CmaEs: the first variable's first step is its limit, so that any growth is cut.
+  const VectorXd inf = VectorXd::Constant(3, std::numeric_limits<double>::infinity());
+  int cut = 0;
+  for (const double scale : {1.0, 2.0}) {
+    for (const double bound : {1.0, 0.1}) {  // where a third of the box is less, the first step is
+      VectorXd lower = -inf;
+      VectorXd upper = inf;
+      lower[0] = -bound;
+      upper[0] = bound;
+      for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        ContextualCmaOptions o{.tasks = VectorXd{{0, 1}},
+                               .x0 = VectorXd::Zero(3),
+                               .sigma = 2.0 / 3 / scale,
+                               .scale = VectorXd::Constant(3, scale),
+                               .lambda = 8,
+                               .seed = seed};
+        ContextualCma free(o);
+        o.lower = lower;
+        o.upper = upper;
+        ContextualCma boxed(o);
+        for (ContextualCma* cma : {&free, &boxed}) {
+          for (const Candidate& c : cma->ask()) {
+            const auto cost = static_cast<double>(c.id * 5 % 7);
+            cma->tell(c.id, {.cost = cost, .task_costs = {cost, -cost}});
+          }
+        }
+        EXPECT_EQ(free.state().sigma, boxed.state().sigma);
+        const double widest = free.state().sigma * std::sqrt(free.state().C(0, 0));
+        const double factor = std::min(1.0, o.sigma / widest);
+        cut += factor < 1;
+        MatrixXd C = free.state().C;
+        C.row(0) *= factor;
+        C.col(0) *= factor;
+        EXPECT_LE((boxed.state().C - C).norm(), 1e-14);
+        MatrixXd path = free.state().p_c;
+        path.row(0) *= factor;
+        EXPECT_LE((boxed.state().p_c - path).norm(), 1e-14);
+      }
+    }
+  }
+  EXPECT_GT(cut, 5);
+  EXPECT_LT(cut, 40);
+}
+
+TEST(ContextualCma, RunsItsCurveForItsShareOfTheTrials) {
+  ContextualCma cma({.tasks = VectorXd{{0, 1}},
+                     .x0 = VectorXd::Zero(2),
+                     .lambda = 9,
+                     .curve_share = 0.2,
+                     .tolx = 0,
+                     .tolstagnation = 0});
+  int samples = 0;
+  int curves = 0;
+  std::uint64_t next = 0;
+  double least = std::numeric_limits<double>::infinity();
+  double spread = 0;
+  for (int g = 0; g < 60; ++g) {
+    const bool due = 0.2 * samples >= (curves + 1) * 2;
+    const std::vector<Candidate> candidates = cma.ask();
+    ASSERT_EQ(candidates.size(), due ? 11u : 9u) << g;
+    for (size_t k = 0; k < candidates.size(); ++k) {
+      const Candidate& c = candidates[k];
+      EXPECT_EQ(c.id, next++);
+      if (k < 9) {
+        const double cost = c.x.squaredNorm();
+        cma.tell(c.id, {.cost = cost, .task_costs = {cost, cost}});
+        continue;
+      }
+      // A curve's task counts where it was run; every fifth curve fails at one of them.
+      const double mean = curves * 7 % 5 - 2;
+      const double other = curves % 5 == 4 ? NAN : mean + curves;
+      cma.tell(c.id,
+               {.cost = 0, .task_costs = {k == 9 ? mean - curves : 99, k == 10 ? other : 99}});
+    }
+    samples += 9;
+    if (!due) continue;
+    const double mean = curves * 7 % 5 - 2;
+    ++curves;
+    if (curves % 5 == 0) {
+      EXPECT_EQ(cma.state().costs.back(), std::numeric_limits<double>::infinity());
+      continue;
+    }
+    EXPECT_EQ(cma.state().costs.back(), mean);
+    if (mean < least) least = mean, spread = curves - 1;
+    ASSERT_TRUE(cma.best());
+    EXPECT_EQ(cma.best()->cost, least);
+    EXPECT_EQ(cma.best()->task_costs, (std::vector<double>{least - spread, least + spread}));
+  }
+  EXPECT_EQ(cma.state().curves, static_cast<std::uint64_t>(curves));
+  EXPECT_EQ(cma.state().samples, static_cast<std::uint64_t>(samples));
+  EXPECT_GT(curves, 40);
+}
+
+/// A search at a point, all of whose samples fail, so that nothing moves: its curves have cost as
+/// known, its σ is so many σ₀; after one more curve of that cost.
+ContextualCma settled(ContextualCmaOptions o, const std::vector<double>& known, double size,
+                      double cost) {
+  o.tasks = VectorXd::Zero(1);
+  o.x0 = VectorXd::Zero(1);
+  o.sigma = 0.25;
+  o.control_points = 1;
+  o.lambda = 4;
+  o.curve_share = 0.9;
+  ContextualCma cma(o);
+  const auto generation = [&](double curve) {
+    for (const Candidate& c : cma.ask()) {
+      const double said = c.id - cma.state().trials == 4 ? curve : double{NAN};
+      cma.tell(c.id, {.cost = said, .task_costs = {said}});
+    }
+  };
+  while (cma.state().costs.size() < known.size()) generation(1e3);
+  std::string state = withNumber(cma.save(), kSigmaAt, 0.25 * size);
+  for (size_t i = 0; i < known.size(); ++i) state = withNumber(state, kCostsAt + 8 * i, known[i]);
+  cma.restore(state);
+  generation(cost);
+  return cma;
+}
+
+TEST(ContextualCma, StagnatesWhereTheLastCurvesAreNoGain) {
+  struct Case {
+    const char* what;
+    int half;
+    std::vector<double> known;
+    double cost, size, tolerance;
+    bool stops;
+    double gain;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {"a gain", 1, {4, 2}, 1.99, 0.05, 1e-3, false, 0},
+           {"too little", 1, {4, 2}, 1.999, 0.05, 1e-3, true, 0.0005},
+           {"a loss", 1, {4, 2}, 3, 0.05, 1e-3, true, 0},
+           {"just enough", 1, {4, 2}, 1.5, 0.05, 0.25, false, 0},
+           {"not enough", 1, {4, 2}, 1.5, 0.05, 0.26, true, 0.25},
+           {"below zero", 1, {-4, -2}, -5, 0.05, 0.26, true, 0.25},
+           {"below zero, a gain", 1, {-4, -2}, -5, 0.05, 0.25, false, 0},
+           {"no curve is complete", 1, {INFINITY, INFINITY}, NAN, 0.05, 1e-3, true, 0},
+           {"the first that is", 1, {INFINITY, INFINITY}, 3, 0.05, 1e-3, false, 0},
+           {"too few curves", 1, {4}, 9, 0.05, 1e-3, false, 0},
+           {"not settled", 1, {4, 2}, 3, 0.11, 1e-3, false, 0},
+           {"settled", 1, {4, 2}, 3, 0.09, 1e-3, true, 0},
+           {"of the last two", 2, {9, 8, 4, 2}, 7, 0.05, 0.51, true, 0.5},
+           {"of the last two, a gain", 2, {9, 8, 4, 2}, 7, 0.05, 0.49, false, 0},
+           {"the least before counts", 2, {2, 8, 9, 3}, 7, 0.05, 1e-3, true, 0},
+           {"the third last is before", 2, {9, 8, 2, 3}, 7, 0.05, 1e-3, true, 0},
+           {"too few for two", 2, {9, 9, 9}, 9, 0.05, 1e-3, false, 0},
+           {"off", 1, {4, 2}, 3, 0.05, 0, false, 0}}) {
+    SCOPED_TRACE(c.what);
+    const ContextualCma cma = settled({.tasks = {},
+                                       .x0 = {},
+                                       .tolstagnation = c.tolerance,
+                                       .stagnation_curves = c.half,
+                                       .max_restarts = 0},
+                                      c.known, c.size, c.cost);
+    ASSERT_EQ(cma.stopped().has_value(), c.stops);
+    if (!c.stops) continue;
+    EXPECT_EQ(cma.stopped()->reason, "tolstagnation");
+    EXPECT_NEAR(cma.stopped()->value, c.gain, 1e-12);
+    EXPECT_EQ(cma.stopped()->limit, c.tolerance);
+  }
+}
+
+TEST(ContextualCma, RestartsAboutItsBestWhereTheLastCurvesDiffer) {
+  const auto about_best = [](const std::vector<double>& last, double cost) {
+    std::vector<double> known(4, -100);
+    known.insert(known.end(), last.begin(), last.end());
+    ContextualCma cma = settled({.tasks = {}, .x0 = {}, .stagnation_curves = 3, .max_restarts = 5},
+                                known, 0.05, cost);
+    EXPECT_EQ(cma.state().restarts, 1);
+    EXPECT_EQ(cma.state().lambda, 8);
+    EXPECT_EQ(cma.state().all_failed, 0);
+    EXPECT_FALSE(cma.stopped());
+    return cma.state().sigma == 0.2 * 0.25;
+  };
+  // The median of three is to lie a tenth above the least.
+  EXPECT_FALSE(about_best({10, 30}, 11));
+  EXPECT_TRUE(about_best({10, 30}, 11.01));
+  EXPECT_TRUE(about_best({30, 11.01}, 10));
+  EXPECT_FALSE(about_best({10, 10}, 30));
+  EXPECT_FALSE(about_best({-10, 30}, -9));
+  EXPECT_TRUE(about_best({-10, 30}, -8.9));
+}
+
+TEST(ContextualCma, EndsARunWhereItsLimitsAre) {
+  const auto reason = [](const ContextualCma& cma) {
+    return cma.stopped() ? cma.stopped()->reason : "";
+  };
+  const auto at = [&](ContextualCmaOptions o, double size) {
+    o.max_restarts = 0;
+    return settled(o, {}, size, NAN);
+  };
+  EXPECT_EQ(reason(at({.tasks = {}, .x0 = {}, .tolx = 1}, 1)), "");
+  const ContextualCma small = at({.tasks = {}, .x0 = {}, .tolx = std::nextafter(1, 2)}, 1);
+  EXPECT_EQ(reason(small), "tolx");
+  EXPECT_EQ(small.stopped()->value, 1);
+  EXPECT_EQ(reason(at({.tasks = {}, .x0 = {}}, 1e4)), "");
+  const ContextualCma large = at({.tasks = {}, .x0 = {}}, 1.0001e4);
+  EXPECT_EQ(reason(large), "tolxup");
+  EXPECT_DOUBLE_EQ(large.stopped()->value, 1.0001e4);
+  EXPECT_EQ(large.stopped()->limit, 1e4);
+
+  // Nothing but failures: after twenty generations, and never begun anew.
+  const ContextualCmaOptions o{
+      .tasks = VectorXd::Zero(1), .x0 = VectorXd::Zero(2), .control_points = 1};
+  ContextualCma failing(o);
+  for (int g = 1; g <= 20; ++g) {
+    EXPECT_FALSE(failing.stopped());
+    for (const Candidate& c : failing.ask()) failing.tell(c.id, {.failed = true});
+    EXPECT_EQ(failing.state().all_failed, g);
+  }
+  EXPECT_EQ(reason(failing), "tolallfailed");
+  EXPECT_EQ(failing.stopped()->value, 20);
+  EXPECT_EQ(failing.stopped()->limit, 20);
+  EXPECT_EQ(failing.state().restarts, 0);
+
+  // The condition of C.
+  for (const double least : {1e-14, 1.1e-14}) {
+    ContextualCmaOptions once = o;
+    once.max_restarts = 0;
+    ContextualCma cma(once);
+    constexpr size_t at_C = kPointsAt + 2 * 8 + 8;
+    cma.restore(withNumber(cma.save(), at_C + 3 * 8, least));
+    for (const Candidate& c : cma.ask()) cma.tell(c.id, {.failed = true});
+    EXPECT_EQ(reason(cma), least == 1e-14 ? "conditioncov" : "");
+    if (!cma.stopped()) continue;
+    EXPECT_NEAR(cma.stopped()->value / 1e14, 1, 1e-9);
+    EXPECT_NEAR(cma.stopped()->limit / 1e14, 1, 1e-9);
+  }
+}
+
+TEST(ContextualCma, BeginsAnewElsewhere) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  const ContextualCmaOptions o{.tasks = VectorXd{{0, 1}},
+                               .x0 = VectorXd{{1, 2, 3}},
+                               .sigma = 0.5,
+                               .scale = VectorXd{{1, 10, 2}},
+                               .lower = VectorXd{{-1, 1.9, -inf}},
+                               .upper = VectorXd{{3, inf, inf}},
+                               .lambda = 8,
+                               .seed = 5,
+                               .tolx = 9,  // ends every run at once
+                               .max_restarts = 4,
+                               .lambda_factor = 1.5};
+  ContextualCma cma(o);
+  const BoundFold fold(o.lower, o.upper, o.sigma * o.scale);
+  int lambda = 8;
+  for (int run = 0; run <= 4; ++run) {
+    const ContextualCmaState& s = cma.state();
+    EXPECT_EQ(s.restarts, run);
+    EXPECT_EQ(s.lambda, lambda);
+    EXPECT_EQ(s.sigma, 0.5);
+    EXPECT_EQ(s.C, MatrixXd(MatrixXd::Identity(3, 3)));
+    EXPECT_EQ(s.samples + s.curves + s.updates + s.elites.size() + s.costs.size(), 0u);
+    VectorXd start = o.x0;
+    if (run > 0) {
+      Random random(5, UINT64_MAX, static_cast<std::uint64_t>(run));
+      start[0] = random.uniform(-1, 3);
+      start[1] = std::max(1.9, 2 + 5 * random.normal());
+      start[2] = 3 + random.normal();
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 2; ++k) {
+        EXPECT_NEAR(fold.fold(i, o.scale[i] * s.A(i, k)), start[i], 1e-12) << run;
+      }
+    }
+    for (const Candidate& c : cma.ask()) {
+      cma.tell(c.id, {.cost = c.x[0], .task_costs = {c.x[0], c.x[1]}});
+    }
+    lambda = lambda * 3 / 2;
+  }
+  ASSERT_TRUE(cma.stopped());
+  EXPECT_EQ(cma.stopped()->reason, "tolx");
+  EXPECT_EQ(cma.state().restarts, 4);
+  ContextualCmaOptions same = o;
+  same.lambda_factor = 1;
+  ContextualCma steady(same);
+  for (const Candidate& c : steady.ask()) steady.tell(c.id, {.failed = true});
+  EXPECT_EQ(steady.state().restarts, 1);
+  EXPECT_EQ(steady.state().lambda, 8);
+}
+
+TEST(ContextualCma, SaysWhatCannotBeTold) {
+  ContextualCma cma({.tasks = VectorXd{{0, 1}}, .x0 = VectorXd::Zero(2), .lambda = 4});
+  const auto message = [&](std::uint64_t id) -> std::string {
+    try {
+      cma.tell(id, {.failed = true});
+      return "";
+    } catch (const InputError& e) {
+      return e.what();
+    }
+  };
+  EXPECT_EQ(message(4), "contextual: no candidate 4 in this generation, which has 0 to 3");
+  for (std::uint64_t id = 0; id < 4; ++id) EXPECT_EQ(message(id), "");
+  EXPECT_EQ(message(3), "contextual: no candidate 3 in this generation, which has 4 to 7");
+  EXPECT_EQ(message(7), "");
+  EXPECT_EQ(message(7), "contextual: candidate 7 has been told already");
 }
 
 }  // namespace
