@@ -4,10 +4,13 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <climits>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/segment_problem.h"
 #include "traceur/optim/task_positions.h"
@@ -457,6 +460,353 @@ TEST(TaskPositions, RunFromZeroToOne) {
   EXPECT_EQ(message(VectorXd{{0, kInf}}), "test: task 1 is inf");
   EXPECT_EQ(message(VectorXd{{3, 2}}), "test: expected rising tasks, got 2 after 3");
   EXPECT_EQ(message(VectorXd{{1, 2, 2}}), "test: expected rising tasks, got 2 after 2");
+}
+
+/// How badly a group, (n x M), fits a curve of K control points at the tasks w, and the fit.
+std::pair<double, MatrixXd> fitOf(const CurveCmaOptions& o, const MatrixXd& group,
+                                  const VectorXd& w) {
+  const int K = o.control_points;
+  MatrixXd basis(w.size(), K);
+  for (int i = 0; i < w.size(); ++i) basis.row(i) = bernstein(K, w[i]).transpose();
+  const MatrixXd points = group * basis * (basis.transpose() * basis).inverse();
+  MatrixXd left = group - points * basis.transpose();
+  for (int j = 0; j < group.rows(); ++j) {
+    const double width = o.upper[j] - o.lower[j];
+    left.row(j) /= std::isfinite(width) ? width / 2 : o.scale[j];
+  }
+  if (o.fit_error == FitError::kDistances) return {left.colwise().norm().sum(), points};
+  MatrixXd X = basis;
+  if (K == 2) X << VectorXd::Ones(w.size()), w;
+  const VectorXd variances = (X.transpose() * X).inverse().diagonal();
+  double error = 0;
+  for (int j = 0; j < group.rows(); ++j) {
+    error += std::sqrt(left.row(j).squaredNorm() / static_cast<double>(w.size() - K)) *
+             variances.cwiseSqrt().sum();
+  }
+  return {error, points};
+}
+
+TEST(CurveCma, ProposesTheLeastCostlyGroupOfElites) {
+  // Three elites of four tasks: so many groups are tried that none is left out.
+  const VectorXd w{{0, 0.2, 0.7, 1}};
+  const auto evaluate = [&](const VectorXd& x, double unit) {
+    Evaluation e{.cost = 0};
+    for (const double at : w) {
+      e.task_costs.push_back(unit * ((x - VectorXd{{at, 0.4 - at * at}}).squaredNorm() + 0.1));
+    }
+    return e;
+  };
+  for (const FitError fit_error : {FitError::kDistances, FitError::kStandardErrors}) {
+    for (const int K : {1, 2, 3}) {
+      for (const double alpha : {0.0, 0.1, 10.0}) {
+        for (const double unit : {1.0, 1e307}) {  // of which no four could be added up
+          CurveCmaOptions o;
+          o.x0 = VectorXd::Zero(2);
+          o.tasks = w;
+          o.sigma = 0.2;
+          o.scale = VectorXd{{1, 2}};
+          o.lower = VectorXd{{-50, -kInf}};
+          o.upper = VectorXd{{30, kInf}};
+          o.control_points = K;
+          o.lambda = 8;
+          o.elites = 3;
+          o.groups = 2000;
+          o.alpha = alpha;
+          o.fit_error = fit_error;
+          CurveCma curve(o);
+          for (int g = 0; g < 6; ++g) {
+            const bool sampled = !curve.state().measuring;
+            for (const Candidate& c : curve.ask()) {
+              curve.tell(c.id, evaluate(c.x, unit == 1 ? 1 : 8e307));
+            }
+            if (!sampled) continue;
+            const auto& elites = curve.state().elites;
+            double least = kInf;
+            MatrixXd points;
+            for (int code = 0; code < 81; ++code) {
+              MatrixXd group(2, 4);
+              double cost = 0;
+              for (int i = 0, rest = code; i < 4; ++i, rest /= 3) {
+                ASSERT_EQ(elites[i].size(), 3u);
+                group.col(i) = elites[i][rest % 3].x;
+                cost += elites[i][rest % 3].cost / unit;
+              }
+              const auto [error, fit] = fitOf(o, group, w);
+              cost += alpha * error / unit;
+              if (cost < least) least = cost, points = fit;
+            }
+            ASSERT_LT((curve.state().proposed - points).norm(), 1e-9) << K << " " << alpha;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(CurveCma, TriesTheBestOfEachTaskFirstIfToldSo) {
+  const SegmentProblem problem = line(2);
+  CurveCmaOptions o = optionsFor(problem);
+  o.scale = VectorXd::Ones(2);
+  o.groups = 1;
+  o.best_group_first = true;
+  CurveCma curve(o);
+  o.best_group_first = false;
+  CurveCma drawn(o);
+  int other = 0;
+  for (int g = 0; g < 10; ++g) {
+    const bool sampled = !curve.state().measuring;
+    tellAll(curve, problem);
+    tellAll(drawn, problem);
+    if (!sampled) continue;
+    for (CurveCma* c : {&curve, &drawn}) {
+      MatrixXd best(2, 6);
+      for (int i = 0; i < 6; ++i) best.col(i) = c->state().elites[i][0].x;
+      const double off = (c->state().proposed - fitOf(o, best, problem.tasks()).second).norm();
+      EXPECT_TRUE(c == &drawn || off < 1e-12) << off;
+      other += c == &drawn && off > 1e-3;
+    }
+  }
+  EXPECT_GT(other, 2);
+}
+
+TEST(CurveCma, ShrinksABentCurveIntoTheBoxAndCutsALine) {
+  // One elite a task, so that the fit is known; its optimum lies outside.
+  const SegmentProblem outside(VectorXd::Constant(2, -1), VectorXd::Constant(2, 1),
+                               VectorXd::LinSpaced(6, 0, 1), [](double w) {
+                                 return VectorXd{{1.3 - 3 * w * (1 - w), 3 * w - 1.5}};
+                               });
+  for (const int K : {2, 4}) {
+    CurveCmaOptions o = optionsFor(outside);
+    o.control_points = K;
+    o.elites = 1;
+    o.scale = VectorXd::Ones(2);
+    CurveCma curve(o);
+    int cut = 0;
+    for (int g = 0; g < 150; ++g) {
+      const bool sampled = !curve.state().measuring;
+      tellAll(curve, outside);
+      if (!sampled) continue;
+      MatrixXd group(2, 6);
+      for (int i = 0; i < 6; ++i) group.col(i) = curve.state().elites[i][0].x;
+      MatrixXd points = fitOf(o, group, outside.tasks()).second;
+      for (int j = 0; j < 2; ++j) {
+        VectorXd at(6);
+        for (int i = 0; i < 6; ++i) at[i] = points.row(j) * bernstein(K, i / 5.0);
+        if (at.cwiseAbs().maxCoeff() <= 1) continue;
+        ++cut;
+        if (K == 2) {
+          points.row(j) = points.row(j).cwiseMax(-1).cwiseMin(1);
+          continue;
+        }
+        // About the mean of what lies inside, by the largest factor that keeps all inside.
+        const double middle = at.cwiseMax(-1).cwiseMin(1).mean();
+        double factor = 1;
+        for (const double value : at) {
+          if (value > middle) factor = std::min(factor, (1 - middle) / (value - middle));
+          if (value < middle) factor = std::min(factor, (middle + 1) / (middle - value));
+        }
+        points.row(j) = middle + factor * (points.row(j).array() - middle);
+      }
+      ASSERT_LT((curve.state().proposed - points).norm(), 1e-9) << K << " " << g;
+    }
+    EXPECT_GT(cut, 10) << K;
+  }
+}
+
+TEST(CurveCma, DrawsForTasksByChance) {
+  const SegmentProblem problem = line(2, -1, 1);
+  CurveCmaOptions o = optionsFor(problem);
+  o.scale = VectorXd{{1, 0.5}};
+  o.seed = 9;
+  CurveCma curve(o);
+  const BoundFold fold(o.lower, o.upper, o.sigma * o.scale);
+  std::vector<int> count(6, 0);
+  for (int g = 0; g < 60; ++g) {
+    const CurveCmaState& s = curve.state();
+    if (!s.measuring) {
+      const std::vector<Candidate> candidates = curve.ask();
+      for (size_t k = 0; k < candidates.size(); ++k) {
+        Random random(9, s.generation, k);
+        const auto task = static_cast<int>(random.below(6));
+        ++count[task];
+        VectorXd z(2);
+        for (double& v : z) v = random.normal();
+        const VectorXd y = s.shapes[task].L.triangularView<Eigen::Lower>() * z;
+        const VectorXd mean = s.points * bernstein(2, task / 5.0);
+        for (int j = 0; j < 2; ++j) {
+          const double x = fold.fold(j, fold.unfold(j, mean[j]) + s.sigma * o.scale[j] * y[j]);
+          ASSERT_NEAR(candidates[k].x[j], x, 1e-12);
+        }
+      }
+    }
+    tellAll(curve, problem);
+  }
+  for (const int times : count) EXPECT_GT(times, 40);  // of some 80
+}
+
+TEST(CurveCma, EndsWhereItsLimitsAre) {
+  // While nothing is learned the largest deviation is the first.
+  const SegmentProblem problem = line(2);
+  const auto stop = [&](auto change) -> std::optional<Stop> {
+    CurveCmaOptions o = optionsFor(problem);
+    o.sigma = 0.5;
+    change(o);
+    CurveCma curve(o);
+    for (const Candidate& c : curve.ask()) curve.tell(c.id, {.failed = true});
+    return curve.stopped();
+  };
+  for (const StepSize step : {StepSize::kDeviation, StepSize::kVariance}) {
+    EXPECT_FALSE(stop([&](auto& o) { o.tolx = 1, o.step_size = step; }));
+    EXPECT_FALSE(stop([&](auto& o) { o.tolxup = 1, o.step_size = step; }));
+    const auto small = stop([&](auto& o) { o.tolx = 1.01, o.step_size = step; });
+    ASSERT_TRUE(small);
+    EXPECT_EQ(small->reason, "tolx");
+    EXPECT_EQ(small->value, 1);
+    EXPECT_EQ(small->limit, 1.01);
+    const auto large = stop([&](auto& o) { o.tolxup = 0.99, o.step_size = step; });
+    ASSERT_TRUE(large);
+    EXPECT_EQ(large->reason, "tolxup");
+    EXPECT_EQ(large->value, 1);
+    EXPECT_EQ(large->limit, 0.99);
+  }
+
+  // Iterations without any cost count, in a row, whether elites are known or not.
+  CurveCmaOptions o = optionsFor(problem);
+  o.tolallfailed = 3;
+  CurveCma curve(o);
+  const auto generation = [&](bool fails) {
+    for (const Candidate& c : curve.ask()) {
+      curve.tell(c.id, fails ? Evaluation{.failed = true} : problem.evaluate(c.x));
+    }
+  };
+  generation(true);  // the first curve
+  for (int k = 1; k <= 2; ++k) {
+    generation(true);
+    EXPECT_FALSE(curve.state().measuring);
+    EXPECT_EQ(curve.state().all_failed, k);
+  }
+  generation(false);
+  EXPECT_EQ(curve.state().all_failed, 0);
+  EXPECT_TRUE(curve.state().measuring);
+  EXPECT_FALSE(curve.best());
+  generation(false);
+  ASSERT_TRUE(curve.best());
+  for (int k = 1; k <= 3; ++k) {
+    EXPECT_FALSE(curve.stopped());
+    while (curve.state().measuring) generation(false);
+    generation(true);
+    EXPECT_EQ(curve.state().all_failed, k);
+  }
+  ASSERT_TRUE(curve.stopped());
+  EXPECT_EQ(curve.stopped()->reason, "tolallfailed");
+  EXPECT_EQ(curve.stopped()->value, 3);
+  EXPECT_EQ(curve.stopped()->limit, 3);
+}
+
+TEST(CurveCma, OfEqualCostsTheFirstIsTheBetter) {
+  const SegmentProblem problem = line(2);
+  CurveCmaOptions o = optionsFor(problem);
+  o.elites = 3;
+  CurveCma curve(o);
+  for (int g = 0; g < 2; ++g) {
+    const std::vector<Candidate> candidates = curve.ask();
+    for (const Candidate& c : candidates) {
+      curve.tell(c.id, {.cost = 1, .task_costs = std::vector<double>(6, 1.0)});
+    }
+    if (g == 0) continue;
+    for (const auto& elites : curve.state().elites) {
+      ASSERT_EQ(elites.size(), 3u);
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(elites[k].x, candidates[k].x);
+    }
+  }
+}
+
+TEST(CurveCma, OptionsEndWhereTheySay) {
+  using Change = std::function<void(CurveCmaOptions&)>;
+  const SegmentProblem problem = line(2, -1, 1);
+  const auto made = [&](const Change& change) {
+    CurveCmaOptions o = optionsFor(problem);
+    change(o);
+    const CurveCma curve(o);
+  };
+  const std::vector<Change> last = {
+      [](auto& o) { o.control_points = 1; }, [](auto& o) { o.control_points = 1000000; },
+      [](auto& o) { o.lambda = 1; },         [](auto& o) { o.elites = 1; },
+      [](auto& o) { o.groups = 1000000; },   [](auto& o) { o.tolallfailed = 1; },
+      [](auto& o) { o.alpha = 0; },          [](auto& o) { o.tolx = 0; },
+      [](auto& o) { o.tolxup = 0; },         [](auto& o) { o.c_cov_offset = 0; },
+      [](auto& o) { o.tolxup = kInf; },      [](auto& o) { o.tolallfailed = INT_MAX; }};
+  for (size_t i = 0; i < last.size(); ++i) EXPECT_NO_THROW(made(last[i])) << i;
+  const auto message = [&](const Change& change) -> std::string {
+    try {
+      made(change);
+      return "";
+    } catch (const InputError& e) {
+      return e.what();
+    }
+  };
+  EXPECT_EQ(message([](auto& o) { o.control_points = 0; }),
+            "curve: expected control_points in [1, 1000000], got 0");
+  EXPECT_EQ(message([](auto& o) { o.lambda = 1000001; }),
+            "curve: expected lambda in [1, 1000000], got 1000001");
+  EXPECT_EQ(message([](auto& o) { o.elites = 0; }),
+            "curve: expected elites in [1, 1000000], got 0");
+  EXPECT_EQ(message([](auto& o) { o.groups = 0; }),
+            "curve: expected groups in [1, 1000000], got 0");
+  EXPECT_EQ(message([](auto& o) { o.tolallfailed = 0; }),
+            "curve: expected tolallfailed in [1, 1000000], got 0");
+  EXPECT_EQ(message([](auto& o) { o.alpha = -1; }), "curve: expected alpha ≥ 0, got -1");
+  EXPECT_EQ(message([](auto& o) { o.tolx = -1; }), "curve: expected tolx ≥ 0, got -1");
+  EXPECT_EQ(message([](auto& o) { o.tolxup = -1; }), "curve: expected tolxup ≥ 0, got -1");
+  EXPECT_EQ(message([](auto& o) { o.c_cov_offset = kNaN; }),
+            "curve: expected c_cov_offset ≥ 0, got nan");
+  EXPECT_EQ(message([](auto& o) { o.failure_exponent = kInf; }),
+            "curve: expected a finite failure_exponent > 0, got inf");
+
+  const CurveCmaOptions table = table11CurveCma();
+  EXPECT_EQ(table.sigma, 1);
+  EXPECT_EQ(table.groups, 64);
+  EXPECT_EQ(table.step_size, StepSize::kVariance);
+  EXPECT_EQ(table.fit_error, FitError::kStandardErrors);
+  EXPECT_EQ(table.c_cov_offset, 2);
+  EXPECT_FALSE(table.normalised_steps || table.fresh_success_rate);
+  EXPECT_TRUE(table.best_group_first && table.pool_first_curve);
+
+  // As registered.
+  const auto registered = [&](const FamilyOptions& options) {
+    const auto optimizer = makeCurveCma(problem, options);
+    return dynamic_cast<const CurveCma&>(*optimizer).options();
+  };
+  EXPECT_EQ(registered({}).lambda, 16);
+  const CurveCmaOptions o = registered(
+      {.seed = 4, .control_points = 4, .lambda = 5, .sigma = 0.2, .x0 = VectorXd{{0, 1}}});
+  EXPECT_EQ(o.seed, 4u);
+  EXPECT_EQ(o.control_points, 4);
+  EXPECT_EQ(o.lambda, 5);
+  EXPECT_EQ(o.sigma, 0.2);
+  EXPECT_EQ(o.x0, (VectorXd{{0, 1}}));
+  EXPECT_EQ(o.scale, VectorXd::Constant(2, 2));
+  EXPECT_EQ(o.lower, problem.lower());
+  EXPECT_EQ(o.upper, problem.upper());
+}
+
+TEST(CurveCma, SaysWhatCannotBeTold) {
+  const SegmentProblem problem = line(2);
+  CurveCma curve(optionsFor(problem));
+  const auto message = [&](std::uint64_t id) -> std::string {
+    try {
+      curve.tell(id, problem.evaluate(VectorXd::Zero(2)));
+      return "";
+    } catch (const InputError& e) {
+      return e.what();
+    }
+  };
+  EXPECT_EQ(message(6), "curve: no candidate 6 in generation 0, which has 0 to 5");
+  for (std::uint64_t id = 0; id < 6; ++id) EXPECT_EQ(message(id), "");
+  EXPECT_EQ(message(5), "curve: no candidate 5 in generation 1, which has 6 to 21");
+  EXPECT_EQ(message(22), "curve: no candidate 22 in generation 1, which has 6 to 21");
+  EXPECT_EQ(message(21), "");
+  EXPECT_EQ(message(21), "curve: candidate 21 has been told already");
 }
 
 }  // namespace

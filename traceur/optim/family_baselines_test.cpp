@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/segment_problem.h"
 
@@ -261,6 +262,253 @@ TEST(FamilyBaselines, RefuseWrongOptions) {
   refused([](auto& o) { o.turn = -1; });
   refused([](auto& o) { o.target = kNaN; });
   refused([](auto& o) { o.tasks.resize(0); });
+}
+
+TEST(PhiCma, IsCmaEsOverAllControlPoints) {
+  const SegmentProblem problem = bow();
+  CmaEsOptions one = cmaFor(problem);
+  one.scale = VectorXd{{1, 0.5}};
+  one.x0 = VectorXd{{0.3, -0.2}};
+  one.seed = 5;
+  for (const int K : {1, 3, 9}) {  // of nine, five are used
+    PhiCma phi(problem.tasks(), K, one);
+    const int used = std::min(K, 5);
+    CmaEsOptions all = one;
+    for (VectorXd* v : {&all.x0, &all.scale, &all.lower, &all.upper}) {
+      *v = VectorXd(v->replicate(used, 1));
+    }
+    CmaEs reference(all);
+    double least = kInf;
+    MatrixXd best;
+    std::vector<double> best_costs;
+    for (int g = 0; g < 12; ++g) {
+      const std::vector<Candidate> points = phi.ask();
+      const std::vector<Candidate> curves = reference.ask();
+      ASSERT_EQ(points.size(), 5 * curves.size());
+      for (size_t k = 0; k < curves.size(); ++k) {
+        const Eigen::Map<const MatrixXd> control(curves[k].x.data(), 2, used);
+        double sum = 0;
+        std::vector<double> costs;
+        for (size_t i = 0; i < 5; ++i) {
+          const Candidate& point = points[5 * k + i];
+          EXPECT_EQ(point.id, static_cast<std::uint64_t>(g) * 40 + 5 * k + i);
+          ASSERT_LT((point.x - control * bernstein(used, static_cast<double>(i) / 4)).norm(),
+                    1e-14);
+          Evaluation e = problem.evaluate(point.x);
+          if (g == 3 && k == 1 && i == 2) e.task_costs[2] = kNaN;
+          phi.tell(point.id, e);
+          costs.push_back(e.task_costs[i]);
+          sum += costs.back() / 5;
+        }
+        reference.tell(curves[k].id, {.cost = sum});
+        if (sum < least) least = sum, best = control, best_costs = costs;
+      }
+      ASSERT_TRUE(phi.best());
+      EXPECT_NEAR(phi.best()->cost, least, 1e-14);
+      EXPECT_EQ(phi.best()->curve.points, best);
+      EXPECT_EQ(phi.best()->task_costs, best_costs);
+      ASSERT_LT((phi.cma().mean() - reference.mean()).norm(), 1e-12);
+    }
+  }
+  // Of equal curves the first is the best.
+  PhiCma flat(problem.tasks(), 2, one);
+  const VectorXd first = flat.ask()[0].x;
+  for (const Candidate& c : flat.ask()) {
+    flat.tell(c.id, {.cost = 1, .task_costs = std::vector<double>(5, 1.0)});
+  }
+  EXPECT_LT((flat.best()->curve.at(0) - first).norm(), 1e-14);
+}
+
+/// What IndividualCma's header says, in its own words: a CmaEs for each task.
+struct Textbook {
+  struct Search {
+    std::unique_ptr<CmaEs> cma = {};
+    double cost = kInf;
+    VectorXd best = {};
+    bool over = false;
+  };
+  IndividualCmaOptions o;
+  std::vector<Search> searches = {};
+  int turn_of = 0;
+  int had = 0;  // generations of its turn
+  std::string stop = {};
+  double family = kInf;
+
+  explicit Textbook(const IndividualCmaOptions& options) : o(options) {
+    searches.resize(static_cast<size_t>(o.tasks.size()));
+    for (size_t i = 0; i < searches.size(); ++i) {
+      if (o.turn == 0 || i == 0) begin(static_cast<int>(i), o.cma.x0);
+    }
+  }
+
+  void begin(int task, const VectorXd& x0) {
+    CmaEsOptions c = o.cma;
+    c.x0 = x0;
+    c.seed = Random(o.cma.seed, static_cast<std::uint64_t>(task)).bits();
+    if (o.turn > 0 && task > 0) c.sigma /= 2;
+    searches[task].cma = std::make_unique<CmaEs>(c);
+  }
+
+  std::vector<std::pair<int, Candidate>> ask() const {
+    std::vector<std::pair<int, Candidate>> all;
+    for (int i = 0; i < static_cast<int>(searches.size()); ++i) {
+      if (searches[i].over || (o.turn > 0 && i != turn_of)) continue;
+      for (const Candidate& c : searches[i].cma->ask()) all.emplace_back(i, c);
+    }
+    return all;
+  }
+
+  void learn(const std::vector<double>& costs) {
+    const auto asked = ask();
+    for (size_t k = 0; k < asked.size(); ++k) {
+      const auto& [task, c] = asked[k];
+      Search& search = searches[task];
+      if (costs[k] < search.cost) search.cost = costs[k], search.best = c.x;
+      search.cma->tell(c.id, {.cost = costs[k]});
+    }
+    double sum = 0;
+    for (Search& search : searches) {
+      if (search.cma && !search.over) {
+        search.over = search.cost <= o.target || search.cma->stopped();
+        if (search.over) stop = search.cost <= o.target ? "target" : search.cma->stopped()->reason;
+      }
+      sum += search.cost / static_cast<double>(searches.size());
+    }
+    family = std::min(family, sum);
+    ++had;
+    if (o.turn == 0 || (had < o.turn && !searches[turn_of].over)) return;
+    had = 0;
+    for (size_t step = 0; step < searches.size(); ++step) {
+      const int before = turn_of;
+      turn_of = (turn_of + 1) % static_cast<int>(searches.size());
+      if (!searches[turn_of].cma) {
+        begin(turn_of, searches[before].best.size() > 0 ? searches[before].best : o.cma.x0);
+      }
+      if (!searches[turn_of].over) return;
+    }
+  }
+};
+
+TEST(IndividualCma, IsACmaEsForEachTask) {
+  const SegmentProblem problem = bow();
+  for (const int turn : {0, 1, 4}) {
+    for (const bool failing : {false, true}) {
+      IndividualCmaOptions o = individualFor(problem);
+      o.cma.seed = 3;
+      o.cma.lambda = 6;
+      o.cma.scale = VectorXd{{1, 0.5}};
+      o.cma.termination.tolallfailed = 2;
+      o.turn = turn;
+      o.target = 1e-4;
+      IndividualCma cma(o);
+      Textbook book(o);
+      std::uint64_t next = 0;
+      int generations = 0;
+      for (; generations < 1000 && !cma.stopped(); ++generations) {
+        const std::vector<Candidate> candidates = cma.ask();
+        const auto expected = book.ask();
+        ASSERT_EQ(candidates.size(), expected.size()) << generations;
+        std::vector<double> costs;
+        for (size_t k = 0; k < candidates.size(); ++k) {
+          ASSERT_EQ(candidates[k].x, expected[k].second.x) << generations;
+          EXPECT_EQ(candidates[k].id, next++);
+          Evaluation e = problem.evaluate(candidates[k].x);
+          if (failing && expected[k].first == 1) e.task_costs[1] = kInf;
+          costs.push_back(failing && expected[k].first == 1 ? double{kNaN}
+                                                            : e.task_costs[expected[k].first]);
+          cma.tell(candidates[k].id, e);
+        }
+        book.learn(costs);
+        ASSERT_EQ(cma.best().has_value(), std::isfinite(book.family));
+        EXPECT_NEAR(cma.best() ? cma.best()->cost : 0, cma.best() ? book.family : 0, 1e-14);
+      }
+      ASSERT_TRUE(cma.stopped()) << turn;
+      EXPECT_EQ(cma.stopped()->reason, book.stop);
+      EXPECT_TRUE(cma.ask().empty());
+      EXPECT_TRUE(book.ask().empty());
+      EXPECT_GT(generations, 20);
+    }
+  }
+}
+
+TEST(IndividualCma, TasksMayLieOnAGridOfAThousandSteps) {
+  const auto with = [](const VectorXd& tasks) {
+    IndividualCmaOptions o;
+    o.tasks = tasks;
+    o.cma.x0 = VectorXd::Zero(1);
+    const IndividualCma cma(o);
+  };
+  EXPECT_NO_THROW(with(VectorXd{{0, 1, 1000}}));
+  EXPECT_THROW(with(VectorXd{{0, 1, 1001}}), InputError);
+  EXPECT_NO_THROW(with(VectorXd{{0, 1, 1.0 + 1e-12 + 1}}));
+  EXPECT_THROW(with(VectorXd{{0, 1, 1.00001 + 1}}), InputError);
+}
+
+TEST(FamilyBaselines, AreRegisteredWithWhatTheirHeaderSays) {
+  const SegmentProblem problem = bow(2, -1, 3);
+  const FamilyOptions options{.seed = 4, .sigma = 0.2, .x0 = VectorXd{{0, 1}}};
+  CmaEsOptions cma;
+  cma.x0 = options.x0;
+  cma.sigma = 0.2;
+  cma.scale = VectorXd::Constant(2, 4);
+  cma.lower = problem.lower();
+  cma.upper = problem.upper();
+  cma.lambda = 16;
+  cma.seed = 4;
+  IndividualCmaOptions apart{.tasks = problem.tasks(), .cma = cma};
+  IndividualCmaOptions turns = apart;
+  turns.turn = 10;
+  const auto expectEqual = [&](const std::unique_ptr<FamilyOptimizer>& one,
+                               FamilyOptimizer&& other) {
+    for (int g = 0; g < 25; ++g) {
+      const std::vector<Candidate> a = one->ask();
+      const std::vector<Candidate> b = other.ask();
+      ASSERT_EQ(a.size(), b.size()) << g;
+      for (size_t k = 0; k < a.size(); ++k) {
+        ASSERT_EQ(a[k].x, b[k].x) << g;
+        one->tell(a[k].id, problem.evaluate(a[k].x));
+        other.tell(b[k].id, problem.evaluate(b[k].x));
+      }
+    }
+  };
+  expectEqual(makePhiCma(problem, options), PhiCma(problem.tasks(), 2, cma));
+  expectEqual(makeIndividualCma(problem, options), IndividualCma(apart));
+  expectEqual(makeNeighbourCma(problem, options), IndividualCma(turns));
+  EXPECT_EQ(makePhiCma(problem, {.lambda = 3})->ask().size(), 15u);
+  EXPECT_NO_THROW(makePhiCma(problem, {.control_points = 4}));
+  EXPECT_THROW(makeIndividualCma(problem, {.control_points = 4}), InputError);
+  EXPECT_THROW(makeNeighbourCma(problem, {.control_points = 1}), InputError);
+}
+
+TEST(FamilyBaselines, SayWhatIsWrong) {
+  const SegmentProblem problem = bow();
+  const auto message = [](const auto& call) -> std::string {
+    try {
+      call();
+      return "";
+    } catch (const InputError& e) {
+      return e.what();
+    }
+  };
+  const auto phi = [&](int K, const MatrixXd& phi0) {
+    return message([&] { PhiCma(problem.tasks(), K, cmaFor(problem), phi0); });
+  };
+  EXPECT_EQ(phi(0, {}), "cma: expected control points ≥ 1, got 0");
+  EXPECT_EQ(phi(1, {}), "");
+  EXPECT_EQ(phi(2, MatrixXd::Zero(3, 2)), "cma: expected phi0(2 x 2), got (3 x 2)");
+  EXPECT_EQ(phi(2, MatrixXd::Zero(2, 3)), "cma: expected phi0(2 x 2), got (2 x 3)");
+  EXPECT_EQ(phi(9, MatrixXd::Zero(2, 5)), "");
+  for (const auto& make : everyWay()) {
+    const auto optimizer = make(problem, 1);
+    const size_t count = optimizer->ask().size();
+    const auto tell = [&](std::uint64_t id) {
+      return message([&] { optimizer->tell(id, problem.evaluate(VectorXd::Zero(2))); });
+    };
+    EXPECT_NE(tell(count).find(": no candidate " + std::to_string(count) + " in a generation of"),
+              std::string::npos);
+    EXPECT_EQ(tell(count - 1), "");
+    EXPECT_NE(tell(count - 1).find("has been told already"), std::string::npos);
+  }
 }
 
 }  // namespace
