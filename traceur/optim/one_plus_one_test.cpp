@@ -5,8 +5,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
+#include "traceur/optim/cma_constants.h"
 
 namespace traceur::optim {
 namespace {
@@ -226,6 +229,118 @@ TEST(OnePlusOne, RefusesWhatCannotBeUsed) {
   EXPECT_THROW(OnePlusOne({.x0 = VectorXd::Zero(2), .sigma = 0}), InputError);
   EXPECT_THROW(OnePlusOne({.x0 = VectorXd::Zero(2), .restarts = -1}), InputError);
   EXPECT_THROW(OnePlusOne({.x0 = VectorXd::Zero(2), .tolx = NAN}), InputError);
+}
+
+TEST(OnePlusOne, ItsStepsDoNotOutgrowTheirBox) {
+  // Every trial is a success, so that σ grows until a box holds it: a third of that, or the first
+  // step where it is longer.
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  for (const double sigma : {0.1, 0.9}) {
+    const OnePlusOneOptions o{.x0 = VectorXd::Zero(3),
+                              .sigma = sigma,
+                              .scale = VectorXd{{1, 1, 10}},
+                              .lower = VectorXd{{-1, -inf, -10}},
+                              .upper = VectorXd{{1, inf, 10}}};
+    const double widest[] = {std::max(2.0 / 3, sigma), inf, std::max(20.0 / 3, 10 * sigma)};
+    const SuccessConstants c = successConstants(3);
+    OnePlusOne one(o);
+    int cut = 0;
+    for (int t = 0; t < 200; ++t) {
+      const double before = one.state().sigma;
+      one.tell(one.ask()[0].id, {.cost = -static_cast<double>(t)});
+      const OnePlusOneState& s = one.state();
+      const auto deviation = [&](int i) {
+        return o.scale[i] * std::sqrt(s.shape.covariance()(i, i));
+      };
+      double expected = t == 0 ? before : before * stepFactor(c, s.p_success);
+      const double grown = expected;
+      for (int i = 0; i < 3; ++i) expected = std::min(expected, widest[i] / deviation(i));
+      ASSERT_NEAR(s.sigma, expected, 1e-12) << t;
+      cut += expected < grown;
+    }
+    EXPECT_GT(cut, 100);
+  }
+}
+
+TEST(OnePlusOne, BeginsAnewAboutItsStartInsideTheBounds) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  const OnePlusOneOptions o{.x0 = VectorXd{{1, 2}},
+                            .sigma = 0.5,
+                            .scale = VectorXd{{1, 10}},
+                            .lower = VectorXd{{0.9, -inf}},
+                            .upper = VectorXd{{inf, 3}},
+                            .seed = 7,
+                            .tolxup = 0.9,  // ends every descent with its first trial
+                            .restarts = 6};
+  OnePlusOne one(o);
+  for (std::uint64_t descent = 0; descent <= 6; ++descent) {
+    EXPECT_FALSE(one.stopped());
+    const OnePlusOneState& s = one.state();
+    EXPECT_EQ(s.descent, descent);
+    EXPECT_EQ(s.trial, descent);
+    EXPECT_EQ(s.sigma, 0.5);
+    EXPECT_EQ(s.p_success, 2.0 / 11);
+    EXPECT_FALSE(s.has_parent);
+    EXPECT_EQ(s.all_failed, 0);
+    EXPECT_EQ(s.shape.covariance(), MatrixXd(MatrixXd::Identity(2, 2)));
+    VectorXd start = o.x0;
+    if (descent > 0) {
+      Random random(7, kDescentStream, descent);
+      start[0] = std::max(0.9, 1 + 0.5 * random.normal());
+      start[1] = std::min(3.0, 2 + 5 * random.normal());
+    }
+    EXPECT_LT((one.ask()[0].x - start).norm(), 1e-12) << descent;
+    one.tell(one.ask()[0].id, {.cost = 1});
+  }
+  ASSERT_TRUE(one.stopped());
+  EXPECT_EQ(one.stopped()->reason, "tolxup");
+  EXPECT_EQ(one.stopped()->value, 1);
+  EXPECT_EQ(one.stopped()->limit, 0.9);
+  EXPECT_EQ(one.state().descent, 6u);
+  EXPECT_TRUE(one.state().has_parent);
+}
+
+TEST(OnePlusOne, LimitsAreThemselvesAllowed) {
+  // The first trial changes neither σ nor shape: the largest deviation is the first.
+  const auto stop = [](double tolx, double tolxup) {
+    OnePlusOne one({.x0 = VectorXd::Zero(2), .sigma = 0.25, .tolx = tolx, .tolxup = tolxup});
+    one.tell(0, {.cost = 1});
+    return one.stopped();
+  };
+  EXPECT_FALSE(stop(1, 1));
+  ASSERT_TRUE(stop(1.01, 1));
+  EXPECT_EQ(stop(1.01, 1)->reason, "tolx");
+  EXPECT_EQ(stop(1.01, 1)->value, 1);
+  EXPECT_EQ(stop(1.01, 1)->limit, 1.01);
+  ASSERT_TRUE(stop(1, 0.99));
+  EXPECT_EQ(stop(1, 0.99)->reason, "tolxup");
+  // Later it is the widest variable's.
+  OnePlusOne one({.x0 = VectorXd::Ones(3), .sigma = 0.25, .tolx = 1e-3});
+  while (!one.stopped()) {
+    const Candidate c = one.ask()[0];
+    one.tell(c.id, {.cost = c.x[0] * c.x[0] + 10 * c.x[1] * c.x[1] + 0.1 * c.x[2] * c.x[2]});
+  }
+  const OnePlusOneState& s = one.state();
+  EXPECT_DOUBLE_EQ(one.stopped()->value,
+                   s.sigma / 0.25 * std::sqrt(s.shape.covariance().diagonal().maxCoeff()));
+}
+
+TEST(OnePlusOne, SaysWhatCannotBeTold) {
+  OnePlusOne one({.x0 = VectorXd::Zero(2), .constraints = 2});
+  const auto message = [&](std::uint64_t id, const Evaluation& e) -> std::string {
+    try {
+      one.tell(id, e);
+      return "";
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(message(1, {.cost = 1}), "one-plus-one: no candidate 1, only 0");
+  EXPECT_EQ(message(0, {.cost = 1, .violated = {true}}),
+            "one-plus-one: expected a trial to report on 2 constraints, got 1");
+  EXPECT_EQ(message(0, {.cost = 1, .violated = {false, false}}), "");
+  EXPECT_EQ(message(0, {.cost = 1}), "one-plus-one: no candidate 0, only 1");
+  EXPECT_EQ(message(1, {.cost = 1}), "");
 }
 
 }  // namespace
