@@ -4,6 +4,8 @@
 
 #include <atomic>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -400,6 +402,152 @@ TEST(Minimise, AnInfinitelyGoodTrialHasFailed) {
   for (const Trial& t : infinite) EXPECT_EQ(t.evaluation.cost, kInf);
   ASSERT_TRUE(s.progress.best);
   EXPECT_LE(s.progress.best->x[0], 1);
+}
+
+/// Hands out what a test has written down, and remembers what it is told.
+class Listed : public Optimizer {
+ public:
+  explicit Listed(std::vector<std::vector<Candidate>> generations)
+      : generations_(std::move(generations)) {}
+  std::vector<Candidate> ask() override {
+    return at_ < generations_.size() ? generations_[at_] : std::vector<Candidate>();
+  }
+  void tell(std::uint64_t id, const Evaluation& evaluation) override {
+    ids.push_back(id);
+    told.push_back(evaluation);
+    if (ids.size() % generations_[at_].size() == 0) ++at_;
+  }
+  std::optional<Stop> stopped() const override { return stop; }
+  std::string save() const override { return {}; }
+  void restore(std::string_view) override {}
+
+  std::vector<std::uint64_t> ids;
+  std::vector<Evaluation> told;
+  std::optional<Stop> stop;
+
+ private:
+  std::vector<std::vector<Candidate>> generations_;
+  size_t at_ = 0;
+};
+
+/// Of one variable in [0, 2] and two tasks: what a test says of each x.
+class TwoTasks : public Problem {
+ public:
+  explicit TwoTasks(std::function<Evaluation(double)> says) : says_(std::move(says)) {}
+  VectorXd lower() const override { return VectorXd::Zero(1); }
+  VectorXd upper() const override { return VectorXd::Constant(1, 2); }
+  VectorXd tasks() const override { return Eigen::Vector2d(0, 1); }
+  std::vector<std::string> constraints() const override { return {"wall"}; }
+  Evaluation evaluate(const VectorXd& x) const override { return says_(x[0]); }
+
+ private:
+  std::function<Evaluation(double)> says_;
+};
+
+std::vector<Candidate> at(std::initializer_list<double> places) {
+  std::vector<Candidate> candidates;
+  for (const double x : places) {
+    candidates.push_back({7 + candidates.size(), VectorXd::Constant(1, x)});
+  }
+  return candidates;
+}
+
+TEST(Minimise, ATrialThatSaysSomethingOfOneTaskHasNotFailed) {
+  const TwoTasks problem([](double x) -> Evaluation {
+    if (x == 0) return {.cost = NAN, .task_costs = {-kInf, 3}};
+    if (x == 0.25) return {.cost = NAN, .task_costs = {NAN, kInf}};
+    if (x == 0.5) return {.cost = NAN};
+    if (x == 0.75) return {.cost = 1, .failed = true, .task_costs = {1, 1}};
+    return {.cost = 5, .violated = {x > 1.5}, .task_costs = {5, 5}};
+  });
+  Listed optimizer({at({0, 0.25, 0.5, 0.75, 1, 1.25, 2})});
+  const Summary s = minimise(problem, optimizer, {});
+  EXPECT_EQ(optimizer.ids, (std::vector<std::uint64_t>{7, 8, 9, 10, 11, 12, 13}));
+  for (int k = 0; k < 7; ++k) {
+    EXPECT_EQ(optimizer.told[k].failed, k > 0 && k < 4) << k;
+    EXPECT_EQ(optimizer.told[k].cost, k < 4 ? kInf : 5) << k;
+  }
+  EXPECT_EQ(optimizer.told[0].task_costs[1], 3);
+  EXPECT_EQ(s.progress.failed, 3);
+  EXPECT_EQ(s.progress.evaluations, 7);
+  EXPECT_EQ(s.progress.generation, 1);
+  ASSERT_TRUE(s.progress.best);
+  EXPECT_EQ(s.progress.best->x[0], 1);  // the first of equals
+  EXPECT_EQ(s.end, End::kOptimizer);
+  EXPECT_EQ(s.stop.reason, "no candidates");
+  EXPECT_EQ(s.stop.value, 0);
+  EXPECT_EQ(s.stop.limit, 1);
+}
+
+TEST(Minimise, OfSeveralReasonsToEndSaysTheFirst) {
+  const TwoTasks problem([](double x) -> Evaluation { return {.cost = x, .task_costs = {x, x}}; });
+  std::stop_source asked;
+  asked.request_stop();
+  const Trial best{VectorXd::Ones(1), {.cost = 1, .task_costs = {1, 1}}};
+  const Progress used{.generation = 1, .evaluations = 9, .failed = 0, .best = best};
+  const auto end = [&](double target, bool stop, bool over, int budget) {
+    Listed optimizer({at({1, 2})});
+    if (over) optimizer.stop = Stop{"tolx", 3, 4};
+    return minimise(
+        problem, optimizer,
+        {.budget = budget, .target = target, .stop = stop ? asked.get_token() : std::stop_token{}},
+        used);
+  };
+  EXPECT_EQ(end(1, true, true, 9).end, End::kTarget);  // the target itself is enough
+  EXPECT_EQ(end(0.99, true, true, 9).end, End::kInterrupted);
+  const Summary own = end(0.99, false, true, 9);
+  EXPECT_EQ(own.end, End::kOptimizer);
+  EXPECT_EQ(own.stop.value, 3);
+  EXPECT_EQ(own.stop.limit, 4);
+  EXPECT_EQ(end(0.99, false, false, 9).end, End::kBudget);
+  EXPECT_EQ(end(0.99, false, false, 9).progress.evaluations, 9);
+  EXPECT_EQ(end(0.99, false, false, 10).progress.evaluations, 11);
+}
+
+TEST(Minimise, SaysWhatDoesNotFitTheProblem) {
+  const auto message = [](const Evaluation& e, double x) -> std::string {
+    const TwoTasks problem([&](double) { return e; });
+    Listed optimizer({at({1, x})});
+    try {
+      minimise(problem, optimizer, {});
+      return "";
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  };
+  const Evaluation good{.cost = 1, .task_costs = {1, 1}};
+  EXPECT_EQ(message(good, 0), "");
+  EXPECT_EQ(message(good, 2), "");
+  const char* bounds = ", outside the problem's bounds [0, 2]; the optimiser was built with others";
+  EXPECT_EQ(message(good, 2.5), std::string("minimise: candidate 8 has x[0] = 2.5") + bounds);
+  EXPECT_EQ(message(good, -0.5), std::string("minimise: candidate 8 has x[0] = -0.5") + bounds);
+  EXPECT_EQ(message({.cost = 1, .task_costs = {1}}, 0),
+            "minimise: the problem has 2 tasks, a trial reports costs of 1");
+  EXPECT_EQ(message({.cost = NAN, .task_costs = {1}}, 0), "");  // it says nothing
+  EXPECT_EQ(message({.cost = 1, .violated = {true}, .task_costs = {1, 1}}, 0), "");
+  EXPECT_EQ(message({.cost = 1, .violated = {true, true}, .task_costs = {1, 1}}, 0),
+            "minimise: the problem has 1 constraints, a trial reports 2");
+
+  Listed none({});
+  const TwoTasks problem([&](double) { return good; });
+  EXPECT_THROW(minimise(problem, none, {.threads = 4097}), InputError);
+  EXPECT_NO_THROW(minimise(problem, none, {.threads = 0}));
+}
+
+TEST(Minimise, ARunGoneOnWithMayMeetAsManyBrokenTrialsAsItWill) {
+  const Scripted never([](const VectorXd&) -> Evaluation { throw Broken("boom"); });
+  for (const int before : {0, 1, 10}) {
+    CmaEs cma = sphereSearch();
+    const auto run = [&] {
+      return minimise(never, cma, {.budget = before + 24, .on_broken = [](const Broken&) {}},
+                      {.generation = 1, .evaluations = before, .failed = 0, .best = {}});
+    };
+    if (before == 0) {
+      EXPECT_THROW(run(), InputError);
+    } else {
+      EXPECT_EQ(run().progress.failed, 24) << before;
+    }
+  }
 }
 
 }  // namespace
