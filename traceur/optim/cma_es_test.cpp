@@ -949,17 +949,17 @@ TEST(CmaEs, StopsInAnotherBasisByTheLengthsOfItsAxes) {
     return cma.stopped();
   };
   const VectorXd lengths{{3, 2, 1}};
-  const auto expectStop = [&](const CmaTermination& t, const char* reason, double value) {
+  const auto expect_stop = [&](const CmaTermination& t, const char* reason, double value) {
     const std::optional<Stop> s = stop(t, lengths, 0);
     ASSERT_TRUE(s) << reason;
     EXPECT_EQ(s->reason, reason);
     EXPECT_NEAR(s->value, value, 1e-12);
   };
-  expectStop({.conditioncov = 8.9}, "conditioncov", 9);
+  expect_stop({.conditioncov = 8.9}, "conditioncov", 9);
   EXPECT_FALSE(stop({.conditioncov = 9.1}, lengths, 0));
-  expectStop({.tolxup = 2.9}, "tolxup", 3);
+  expect_stop({.tolxup = 2.9}, "tolxup", 3);
   EXPECT_FALSE(stop({.tolxup = 3.1}, lengths, 0));
-  expectStop({.tolx = 3.1}, "tolx", 3);
+  expect_stop({.tolx = 3.1}, "tolx", 3);
   EXPECT_FALSE(stop({.tolx = 2.9}, lengths, 0));
   // A step of a tenth is lost beside 10^8 once an axis is shorter than 10^-7.
   const CmaTermination coordinate{.tolx = 0, .noeffectaxis = false};

@@ -458,8 +458,8 @@ TEST(FamilyBaselines, AreRegisteredWithWhatTheirHeaderSays) {
   IndividualCmaOptions apart{.tasks = problem.tasks(), .cma = cma};
   IndividualCmaOptions turns = apart;
   turns.turn = 10;
-  const auto expectEqual = [&](const std::unique_ptr<FamilyOptimizer>& one,
-                               FamilyOptimizer&& other) {
+  const auto expect_equal = [&](const std::unique_ptr<FamilyOptimizer>& one,
+                                FamilyOptimizer&& other) {
     for (int g = 0; g < 25; ++g) {
       const std::vector<Candidate> a = one->ask();
       const std::vector<Candidate> b = other.ask();
@@ -471,9 +471,9 @@ TEST(FamilyBaselines, AreRegisteredWithWhatTheirHeaderSays) {
       }
     }
   };
-  expectEqual(makePhiCma(problem, options), PhiCma(problem.tasks(), 2, cma));
-  expectEqual(makeIndividualCma(problem, options), IndividualCma(apart));
-  expectEqual(makeNeighbourCma(problem, options), IndividualCma(turns));
+  expect_equal(makePhiCma(problem, options), PhiCma(problem.tasks(), 2, cma));
+  expect_equal(makeIndividualCma(problem, options), IndividualCma(apart));
+  expect_equal(makeNeighbourCma(problem, options), IndividualCma(turns));
   EXPECT_EQ(makePhiCma(problem, {.lambda = 3})->ask().size(), 15u);
   EXPECT_NO_THROW(makePhiCma(problem, {.control_points = 4}));
   EXPECT_THROW(makeIndividualCma(problem, {.control_points = 4}), InputError);

@@ -529,7 +529,7 @@ TEST(Minimise, SaysWhatDoesNotFitTheProblem) {
             "minimise: the problem has 1 constraints, a trial reports 2");
 
   Listed none({});
-  const TwoTasks problem([&](double) { return good; });
+  const TwoTasks problem([](double) -> Evaluation { return {.cost = 1, .task_costs = {1, 1}}; });
   EXPECT_THROW(minimise(problem, none, {.threads = 4097}), InputError);
   EXPECT_NO_THROW(minimise(problem, none, {.threads = 0}));
 }
