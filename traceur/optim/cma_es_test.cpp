@@ -137,6 +137,11 @@ TEST(CmaEs, UpdatesAsTheTextbookDoes) {
          return Evaluation{.cost = sphere(x), .violated = {x[0] < 0.5, false}};
        }},
       // Whether and at what cost is chance, so that what is held stays behind.
+      {"held, of one variable", 1, 0, 0.5, true,
+       [](auto& x) {
+         return Evaluation{.cost = std::cos(3e4 * x[0]), .violated = {std::sin(1e4 * x[0]) < 0.7}};
+       },
+       true},
       {"held", 3, 0, 0.5, true,
        [](auto& x) {
          return Evaluation{.cost = std::cos(3e4 * x[1]),
