@@ -43,7 +43,7 @@ gp::Regression regressionOf(const std::vector<BiasSample>& samples, const BiasOp
     regression.add(inputOf(s.x, s.u, o),
                    VectorXd(s.difference.cwiseProduct(o.output_scale))(learned));
   }
-  if (samples.empty() || (o.other_lengths.empty() && o.other_signals.empty())) return regression;
+  if (o.other_lengths.empty() && o.other_signals.empty()) return regression;
   std::vector<VectorXd> lengths = {o.kernel.lengths};
   lengths.insert(lengths.end(), o.other_lengths.begin(), o.other_lengths.end());
   std::vector<double> signals = {o.kernel.signal};
@@ -266,7 +266,7 @@ VectorXd explained(const DynamicsBias& bias, const std::vector<BiasSample>& samp
   }
   VectorXd share(whole.size());
   for (Eigen::Index i = 0; i < whole.size(); ++i) {
-    share[i] = whole[i] > 0 && std::isfinite(whole[i]) ? 1 - left[i] / whole[i] : NAN;
+    share[i] = whole[i] > 0 ? 1 - left[i] / whole[i] : NAN;
   }
   return share;
 }

@@ -29,7 +29,6 @@ FaultyBongoBoard::FaultyBongoBoard(const BongoParameters& p, const BongoModelFau
 void FaultyBongoBoard::reset(const VectorXd& x) {
   x_ = x;
   std::fill(late_.begin(), late_.end(), 0.0);
-  now_ = 0;
 }
 
 void FaultyBongoBoard::setPast(const Eigen::Ref<const VectorXd>& torques) {

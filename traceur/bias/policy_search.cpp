@@ -97,8 +97,7 @@ FoundPolicy searchPolicy(const std::function<double(const VectorXd&)>& cost, con
           }
         },
         &data);
-    std::vector<double> x(n);
-    for (Eigen::Index i = 0; i < n; ++i) x[i] = 0.5 * (lower[i] + upper[i]);
+    std::vector<double> x(lower.begin(), lower.end());  // DIRECT begins in the middle all the same
     double value = 0;
     try {
       direct.optimize(x, value);
