@@ -146,5 +146,35 @@ TEST(Balance, ParametersMapToGainsOddlyAndSmoothly) {
   EXPECT_NEAR(policy.h[4], -22025.47, 0.01);
 }
 
+TEST(Balance, ALimitItselfIsWithinAndWhatIsBeyondItIsNot) {
+  BalanceLimits limits;
+  const auto failure = [&](std::initializer_list<double> x) {
+    const BongoBoard::State state(x.begin());
+    EXPECT_EQ(limits.failure({}, -state), limits.failure({}, state));  // left as right
+    return limits.failure({}, state);
+  };
+  EXPECT_EQ(failure({0, 0, 0.5, 0, 0, 0}), "");
+  EXPECT_EQ(failure({0, 0, 0.501, 0, 0, 0}), "body angle");
+  EXPECT_EQ(failure({0.125, 0.125, 0.25, 0, 0, 0}), "");
+  EXPECT_EQ(failure({0.125, 0.125, 0.251, 0, 0, 0}), "body angle");
+  EXPECT_EQ(failure({0, 0.3, 0, 0, 0, 0}), "");
+  EXPECT_EQ(failure({0, 0.301, 0, 0, 0, 0}), "board angle");
+  EXPECT_EQ(failure({0.15, 0.151, -0.2, 0, 0, 0}), "board angle");
+  for (const double rate : {6.2, 6.201}) {
+    const std::string expected = rate > 6.2 ? "rate" : "";
+    EXPECT_EQ(failure({0, 0, 0, rate, -2, 0}), expected);  // the wheel alone
+    EXPECT_EQ(failure({0, 0, 0, -2, rate, 0}), expected);  // the board alone
+    EXPECT_EQ(failure({0, 0, 0, rate - 2, 2, 0}), expected);
+  }
+  EXPECT_EQ(failure({2.125, -2.125, 0.25, 0, 0, 0}), "");
+  EXPECT_EQ(failure({2.125, -2.125, 0.251, 0, 0, 0}), "distance");
+  BongoBoard::State low;
+  low << 0, 0.25, 0, 0, 0, 0;
+  limits.board_height = boardHeight({}, low);
+  EXPECT_EQ(limits.failure({}, low), "");
+  limits.board_height += 1e-9;
+  EXPECT_EQ(limits.failure({}, low), "board on the ground");
+}
+
 }  // namespace
 }  // namespace traceur::bias

@@ -197,5 +197,155 @@ TEST(BiasLoop, ModelsByChanceCountByTheirMean) {
   EXPECT_NEAR(searchOnModels(task, models, {}, 1, warm, o).parameters[0], 0, 1e-3);
 }
 
+/// A learner of plants that are all alike; what they do is the task's affair.
+ModelLearner slides(int count, bool by_chance) {
+  return [=](const std::vector<RunLog>&, int) {
+    LearnedModels models;
+    for (int i = 0; i < count; ++i) models.plants.push_back(std::make_unique<Slide>(1));
+    models.by_chance = by_chance;
+    return models;
+  };
+}
+
+TEST(BiasLoop, PolishingAMeanIsASearchOfOneRoundNearThePolicy) {
+  BiasTask task;
+  task.lower = VectorXd::Constant(1, -1);
+  task.upper = VectorXd::Constant(1, 1);
+  task.starts = {VectorXd::Constant(1, -0.3), VectorXd::Constant(1, 0.7)};
+  task.success = 0.5;
+  task.most = 10;
+  task.run = [](Plant&, const VectorXd& p, const VectorXd& x0) { return (p - x0).squaredNorm(); };
+  const auto mean = [](const VectorXd& p) {
+    return (std::pow(p[0] + 0.3, 2) + std::pow(p[0] - 0.7, 2)) / 2;
+  };
+  const auto worst = [](double p) { return std::max(std::pow(p + 0.3, 2), std::pow(p - 0.7, 2)); };
+  const VectorXd warm = VectorXd::Constant(1, 0.6);
+  PolicySearchOptions o{.direct = 50, .polish = 60, .polish_step = 0.2, .success = 0, .seed = 4};
+  PolicySearchOptions near = o;
+  near.direct = 0;
+  near.rounds = 1;
+  near.polish = 30;
+  near.polish_step = 0.08;
+  near.seed = 4 + 3;
+  near.warm = warm;
+  const FoundPolicy expected = searchPolicy(mean, task.lower, task.upper, near);
+  const FoundPolicy found = searchOnModels(task, slides(2, true), {}, 3, warm, o);
+  EXPECT_EQ(found.trials, expected.trials);
+  EXPECT_NEAR(found.parameters[0], expected.parameters[0], 1e-9);
+  EXPECT_NEAR(found.cost, expected.cost, 1e-12);
+
+  // One trial of polish is none, but the mean counts; without any, or a policy, the worst does.
+  o.direct = 0;
+  o.polish = 1;
+  const FoundPolicy one = searchOnModels(task, slides(2, true), {}, 3, warm, o);
+  EXPECT_EQ(one.trials, 1);
+  EXPECT_NEAR(one.cost, mean(warm), 1e-12);
+  o.polish = 0;
+  EXPECT_NEAR(searchOnModels(task, slides(2, true), {}, 3, warm, o).cost, 10 + worst(0.6), 1e-12);
+  o.direct = 50;
+  o.polish = 60;
+  const FoundPolicy none = searchOnModels(task, slides(2, true), {}, 3, VectorXd(), o);
+  EXPECT_NEAR(none.cost, worst(none.parameters[0]), 1e-12);
+}
+
+TEST(BiasLoop, EveryHiddenStartCountsTheMost) {
+  BiasTask task;
+  task.lower = VectorXd::Constant(1, -1);
+  task.upper = VectorXd::Constant(1, 1);
+  for (int i = 0; i < 3; ++i) task.starts.push_back(VectorXd::Constant(1, i));
+  task.success = 1;
+  task.most = 100;
+  VectorXd costs(3);
+  task.run = [&](Plant&, const VectorXd&, const VectorXd& x0) {
+    return costs[static_cast<Eigen::Index>(x0[0])];
+  };
+  const auto cost = [&](double first, double second, double third) {
+    costs << first, second, third;
+    return searchOnModels(task, slides(1, false), {}, 0, VectorXd::Zero(1), {.direct = 0}).cost;
+  };
+  EXPECT_EQ(cost(0.5, 0.7, 0.6), 0.7);
+  EXPECT_EQ(cost(0.5, 0.7, 4), 4);
+  EXPECT_EQ(cost(0.5, 4, 0), 104);
+  EXPECT_EQ(cost(4, 0, 0), 204);
+  EXPECT_EQ(cost(1, 0, 0), 201);  // success is less than its cost
+}
+
+/// What the second iteration does with logs that are of no use, and what it starts from.
+TEST(BiasLoop, LogsAreGivenUpWhereNotEvenTheFirstStartSucceeds) {
+  struct Case {
+    double first, second;  // costs of the two starts on the models
+    bool cleared;
+  };
+  for (const Case& c :
+       {Case{0.5, 90, false}, Case{0.999, 1, false}, Case{1, 0, true}, Case{90, 0, true}}) {
+    for (const bool warm : {true, false}) {
+      BiasTask task;
+      task.lower = VectorXd::Constant(1, -1);
+      task.upper = VectorXd::Constant(1, 2);
+      task.starts = {VectorXd::Zero(1), VectorXd::Ones(1)};
+      task.success = 1;
+      task.most = 100;
+      std::vector<double> asked;  // of the model in the search under way
+      task.run = [&](Plant&, const VectorXd& parameters, const VectorXd& x0) {
+        asked.push_back(parameters[0]);
+        const double farther = c.first < 1 ? 1e-6 * std::abs(parameters[0] - 0.5) : 0;
+        return (x0[0] == 0 ? c.first : c.second) - farther;
+      };
+      std::vector<size_t> logs_seen;
+      std::vector<double> begun_at;
+      const auto models = slides(1, false);
+      const ModelLearner learner = [&](const std::vector<RunLog>& logs, int iteration) {
+        logs_seen.push_back(logs.size());
+        if (!asked.empty()) begun_at.push_back(asked[0]);
+        asked.clear();
+        return models(logs, iteration);
+      };
+      BiasLoopOptions options;
+      options.iterations = 2;
+      options.runs = 3;
+      options.warm = warm;
+      options.search.direct = 5;
+      const BiasLearned learned = learnWithBias(
+          task, learner,
+          [](const VectorXd&, int) {
+            return PlantRun{1, {}};
+          },
+          options);
+      EXPECT_EQ(learned.plant_runs, 6);
+      EXPECT_FALSE(learned.solved) << "success is less than its cost";
+      EXPECT_EQ(logs_seen,
+                c.cleared ? std::vector<size_t>({0, 3, 0}) : std::vector<size_t>({0, 3}));
+      EXPECT_FALSE(learned.iterations[0].cleared);
+      EXPECT_EQ(learned.iterations[1].cleared, c.cleared);
+      EXPECT_EQ(learned.iterations[1].costs, std::vector<double>(3, 1.0));
+      EXPECT_EQ(begun_at[0], 0.5);  // the middle
+      const double first_found = learned.iterations[0].policy.parameters[0];
+      if (!c.cleared) {
+        EXPECT_NE(first_found, 0.5);
+        EXPECT_EQ(asked[0], warm ? first_found : 0.5);
+      }
+    }
+  }
+}
+
+TEST(BiasLoop, EveryRunOfAnIterationMustSucceed) {
+  for (const int failing : {0, 1, 2}) {
+    Task t(1);
+    t.options.runs = 3;
+    t.options.iterations = 2;
+    const auto model = [] { return std::make_unique<Slide>(1); };
+    const BiasLearned learned = learnWithBias(
+        t.task, biasLearner(model, t.bias, [](const VectorXd&) { return true; }),
+        [&](const VectorXd& parameters, int number) {
+          PlantRun run = Task::runOf(*t.plant, parameters, VectorXd::Zero(1));
+          if (number == failing) run.cost = 1;
+          return run;
+        },
+        t.options);
+    EXPECT_TRUE(learned.solved);
+    EXPECT_EQ(learned.iterations.size(), 2U) << failing;
+  }
+}
+
 }  // namespace
 }  // namespace traceur::bias

@@ -66,6 +66,64 @@ TEST(BongoBoard, ObeysEulerAndLagrangeForItsOwnEnergy) {
   }
 }
 
+/// The sum over rigid bodies, placed by poseOf: independent of how the mechanism's inertia is put.
+TEST(BongoBoard, HasTheEnergyOfItsBodies) {
+  BongoParameters p;
+  p.thickness = 0.08;  // so that it counts
+  p.wheel_density = 3000;
+  p.inertia_scale = 1.5;
+  const BongoBoard board(p);
+  EXPECT_EQ(board.energy(State::Zero()), 0);
+  const auto rod = [&](double mass, double length) {
+    return mass * (length * length + p.thickness * p.thickness) / 12;
+  };
+  const double wheel_mass = M_PI * p.wheel_radius * p.wheel_radius * p.wheel_density;
+  for (int trial = 0; trial < 10; ++trial) {
+    const double t = trial;
+    const State x = stateOf({std::sin(t), .25 * std::cos(2 * t), .4 * std::sin(3 * t + 1),
+                             1.5 * std::cos(t), -2 * std::sin(1.7 * t), 1.1 * std::cos(2.3 * t)});
+    const double h = 1e-6;
+    State later = x, earlier = x;
+    later.head<3>() += h * x.tail<3>();
+    earlier.head<3>() -= h * x.tail<3>();
+    const auto energy = [&](double mass, double inertia, double rate, const auto& centre) {
+      const Eigen::Vector2d v = (centre(poseOf(p, later)) - centre(poseOf(p, earlier))) / (2 * h);
+      const double rise = centre(poseOf(p, x)).y() - centre(poseOf(p, State::Zero())).y();
+      return 0.5 * mass * v.squaredNorm() + 0.5 * inertia * rate * rate + mass * p.gravity * rise;
+    };
+    using Point = Eigen::Vector2d;
+    const double vf = x[3] + x[4];
+    const double vp = vf + x[5];
+    const double sum =
+        energy(wheel_mass, 0.5 * wheel_mass * p.wheel_radius * p.wheel_radius, x[3],
+               [](const BongoPose& q) -> Point { return q.wheel; }) +
+        energy(p.board_mass, rod(p.board_mass, p.board_length), vf,
+               [](const BongoPose& q) -> Point { return q.board; }) +
+        energy(p.leg_mass, rod(p.leg_mass, p.leg_length), vp,
+               [](const BongoPose& q) -> Point { return (q.left_foot + q.left_hip) / 2; }) +
+        energy(p.leg_mass, rod(p.leg_mass, p.leg_length), vp,
+               [](const BongoPose& q) -> Point { return (q.right_foot + q.right_hip) / 2; }) +
+        energy(2 * p.pelvis_mass, 2 * rod(p.pelvis_mass, p.pelvis_length), vf,
+               [](const BongoPose& q) -> Point { return q.pelvis; });
+    EXPECT_NEAR(board.energy(x), 1.5 * sum, 1e-6) << trial;
+  }
+}
+
+TEST(BongoBoard, IsIntegratedToTheFourthOrder) {
+  const State x = stateOf({.2, -.1, .15, 1, -2, .5});
+  const auto after = [&](int steps) {  // of 0.04 s
+    const BongoBoard board({}, 0.04 / steps);
+    State at = x;
+    for (int i = 0; i < steps; ++i) at = board.stepped(at, 20, -3);
+    return at;
+  };
+  const State exact = after(256);
+  const double coarse = (after(4) - exact).norm();
+  const double fine = (after(8) - exact).norm();
+  EXPECT_NEAR(std::log2(coarse / fine), 4, 0.3);
+  EXPECT_LT(fine, 1e-5);
+}
+
 TEST(BongoBoard, IsTwiceUnstable) {
   const BongoBoard board;
   Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
@@ -141,6 +199,41 @@ TEST(BongoBoard, IsAPlant) {
   const State x = stateOf({.1, -.1, .05, .3, .2, -.4});
   EXPECT_LT((BongoBoard(heavy).acceleration(x, 12) - BongoBoard().acceleration(x, 10)).norm(),
             1e-10);
+}
+
+TEST(BongoBoard, StandsWhereItsAnglesSay) {
+  const BongoParameters p;
+  const auto near = [](const Eigen::Vector2d& at, double x, double y) {
+    EXPECT_LT((at - Eigen::Vector2d(x, y)).norm(), 1e-12) << at.transpose();
+  };
+  const BongoPose rest = poseOf(p, State::Zero());
+  near(rest.wheel, 0, 0.05);
+  near(rest.board, 0, 0.1);
+  near(rest.left_foot, -0.1, 0.1);
+  near(rest.right_foot, 0.1, 0.1);
+  near(rest.left_hip, -0.1, 1.1);
+  near(rest.right_hip, 0.1, 1.1);
+  near(rest.pelvis, 0, 1.1);
+  for (const State& x : {stateOf({.7, -.4, .2, 1, -2, .5}), stateOf({-1.2, 1.4, -.3, .3, 1, -2})}) {
+    const BongoPose q = poseOf(p, x);
+    const double f = x[0] + x[1];
+    const Eigen::Vector2d along(std::cos(f), std::sin(f));
+    near(q.wheel, -0.05 * x[0], 0.05);
+    // As far from the board's middle as the wheel has rolled along it.
+    EXPECT_NEAR((q.board - q.wheel).dot(along), 0.05 * x[1], 1e-12);
+    EXPECT_LT((q.right_foot - q.board - 0.1 * along).norm(), 1e-12);
+    EXPECT_LT((q.board - q.left_foot - 0.1 * along).norm(), 1e-12);
+    const double p_abs = f + x[2];
+    const Eigen::Vector2d leg(-std::sin(p_abs), std::cos(p_abs));
+    EXPECT_LT((q.left_hip - q.left_foot - leg).norm(), 1e-12);
+    EXPECT_LT((q.right_hip - q.right_foot - leg).norm(), 1e-12);
+    EXPECT_LT((q.pelvis - (q.left_hip + q.right_hip) / 2).norm(), 1e-12);
+    EXPECT_NEAR(boardHeight(p, x),
+                std::min((q.board - 0.3 * along).y(), (q.board + 0.3 * along).y()), 1e-12);
+    State later = x;
+    later.head<3>() += 1e-7 * x.tail<3>();
+    EXPECT_NEAR((poseOf(p, later).pelvis.x() - q.pelvis.x()) / 1e-7, pelvisVelocity(p, x), 1e-5);
+  }
 }
 
 }  // namespace

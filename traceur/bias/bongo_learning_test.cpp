@@ -7,8 +7,10 @@
 #include <fstream>
 #include <set>
 
+#include "traceur/bias/faulty_bongo_board.h"
 #include "traceur/bias/noisy_plant.h"
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
 #include "traceur/core/test_folder.h"
 
 namespace traceur::bias {
@@ -79,7 +81,32 @@ TEST_F(BongoMachineFile, EveryFaultHasItsPlaceAndItsBounds) {
   EXPECT_NE(messageOf("start_angle = 5.8"), "");
 }
 
+TEST_F(BongoMachineFile, BoundsAreTheOnesThatAreTold) {
+  std::string bounds;
+  for (const BongoFaultField& field : bongoFaultFields()) {
+    bounds += fmt::format("{} {} {}\n", field.name, field.least, field.most);
+  }
+  EXPECT_EQ(bounds, R"(inertia_scale 0.1 10
+torque_variance 0 10000
+angle_variance 0 1
+rate_variance 0 100
+delay 0 0.5
+coulomb_friction 0 100
+viscous_friction 0 100
+com_offset -0.1 0.1
+torque_gain 0 10
+encoder_step 0 0.1
+ground_friction 0 10
+board_friction 0 10
+)");
+}
+
 TEST_F(BongoMachineFile, SaysWhatIsWrongAndWhere) {
+  EXPECT_NE(messageOf("angle = 1\n").find("angle"), std::string::npos);
+  // Whole steps but for rounding: a millionth of one.
+  EXPECT_EQ(messageOf("[faults]\ndelay = 0.0050000005\n"), "");
+  EXPECT_NE(messageOf("[faults]\ndelay = 0.0050000015\n").find("whole steps"), std::string::npos);
+  EXPECT_NE(messageOf("[faults]\ndelay = 0.0049999985\n").find("whole steps"), std::string::npos);
   EXPECT_NE(messageOf("[faults]\ndelays = 1\n").find(":2:"), std::string::npos);
   EXPECT_NE(messageOf("[faults]\ndelays = 1\n").find("delay"), std::string::npos);
   EXPECT_NE(messageOf("[faults]\ndelay = -1\n").find("expected 0 to 0.5"), std::string::npos);
@@ -115,6 +142,13 @@ TEST(BongoLearning, StartsLieWithinTheAngleAndComeInPairs) {
       EXPECT_TRUE(corners.insert({x[0], x[1]}).second);
     }
     for (const auto& [wheel, board] : corners) EXPECT_TRUE(corners.contains({-wheel, -board}));
+    if (!corners.empty()) {  // the easiest first; those with a level board only near by
+      EXPECT_TRUE(corners.contains({0.6 * 0.03, -0.6 * 0.03}));
+      EXPECT_TRUE(corners.contains({0.6 * 0.03, 0.6 * 0.03}));
+      EXPECT_TRUE(corners.contains({0.03, 0.03}));
+      EXPECT_FALSE(corners.contains({0.03, -0.03}));
+      EXPECT_EQ(std::abs(task.starts[1][0]), 0.6 * 0.03);
+    }
     ASSERT_EQ(task.many_starts.size(), 20U);
     double most[2] = {0, 0};
     for (const VectorXd& x : task.many_starts) {
@@ -138,7 +172,15 @@ TEST(BongoLearning, StartsLieWithinTheAngleAndComeInPairs) {
     if (search == BongoSearch::kStarts) {
       EXPECT_EQ(loop.search.good, 200 + 6 * 200.0 * 5001);
       EXPECT_EQ(loop.search.success, 200);
+      EXPECT_EQ(loop.search.polish, 300);
+      EXPECT_EQ(loop.search.polish_step, 0.05);
+    } else {
+      EXPECT_EQ(loop.search.polish, 0);
+      EXPECT_EQ(loop.search.good, -INFINITY);
     }
+    o.seed = 7;
+    EXPECT_EQ(bongoLoop(o).search.seed, 7000U);  // an iteration adds one
+    o.seed = 1;
   }
 }
 
@@ -182,6 +224,117 @@ TEST(BongoLearning, ScalesAndLengthsAreOfAllInputs) {
   EXPECT_EQ(bongoBias(BongoMethod::kPublished).average, 1);
 }
 
+TEST(BongoLearning, ABiasIsLearnedWithTheNumbersItWasPublishedAndTriedWith) {
+  const auto expect = [](const VectorXd& got, std::initializer_list<double> numbers) {
+    EXPECT_EQ(got, VectorXd(Eigen::Map<const VectorXd>(numbers.begin(),
+                                                       static_cast<Eigen::Index>(numbers.size()))));
+  };
+  const BiasOptions published = bongoBias(BongoMethod::kPublished);
+  expect(published.input_scale, {1, 1, 1, .1, .1, .1, .01});
+  expect(published.output_scale, {1, 1, 1, .1, .1, .1});
+  EXPECT_TRUE(published.other_lengths.empty());
+  const BiasOptions ours = bongoBias(BongoMethod::kBias);
+  EXPECT_EQ(ours.lags, std::vector<int>({5, 10}));
+  EXPECT_EQ(ours.directions, std::vector<Eigen::Index>({5}));
+  expect(ours.input_scale, {1, 1, 1, .1, .1, .1, .01, .01, .01, 1});
+  expect(ours.output_scale, {0, 0, 0, 100, 100, 100});
+  ASSERT_EQ(ours.other_lengths.size(), 4U);
+  expect(ours.other_lengths[0], {1, 1, 1, 1, 1, 1, 1, 1, 1, 1});
+  expect(ours.other_lengths[1], {1, 1, 1, 1, 1, 1, 1, 1, 1, 100});
+  expect(ours.other_lengths[2], {2, 2, 2, 2, 2, 2, 2, 2, 2, 1});
+  expect(ours.other_lengths[3], {2, 2, 2, 2, 2, 2, 2, 2, 2, 100});
+  EXPECT_TRUE(ours.other_signals.empty());
+
+  const auto with = [](double variance) {
+    VectorXd noise(6);
+    noise << 1e-3, 1e-3, 1e-3, 0.5 * variance, variance, 1.5 * variance;
+    return bongoBias(BongoMethod::kBias, noise);
+  };
+  // √(2 v) / 20 · 100: both ends of a difference over 20 steps, scaled. Up to 1 it is added.
+  EXPECT_NEAR(with(0.016).kernel.noise, std::hypot(std::exp(-2), std::sqrt(0.032) * 5), 1e-12);
+  EXPECT_EQ(with(0.0199).noise.size(), 0);
+  const BiasOptions strong = with(0.0201);
+  expect(strong.output_scale, {0.2});
+  EXPECT_EQ(strong.other_signals, std::vector<double>({0.3, 0.1, 0.03, 0.01}));
+  EXPECT_EQ(strong.noise[5], 1.5 * 0.0201);
+  for (const double variance : {0.0201, 0.128}) {
+    const double slope = 0.001 * BongoBoard().acceleration(BongoBoard::State::Zero(), 1)[2];
+    const double wanted = 12 * variance * std::pow(0.2 / slope, 2) / std::exp(-4);
+    const int k = static_cast<int>(std::ceil(std::cbrt(wanted)));
+    EXPECT_EQ(with(variance).average, k);
+    EXPECT_NEAR(with(variance).kernel.noise, std::exp(-2) * std::sqrt(1 + wanted / (k * k * k)),
+                1e-6);
+  }
+}
+
+/// Old results can be had again only so.
+TEST(BongoLearning, WhatASeedDrawsStaysWhatItIs) {
+  BongoMachine machine;
+  machine.start_angle = 0.012;
+  machine.faults.angle_variance = 1e-8;
+  const auto drawn = [](Random& random) {
+    const double wheel = random.uniform(-0.012, 0.012);
+    return bongoStart(wheel, random.uniform(-0.012, 0.012));
+  };
+  VectorXd parameters(5);
+  parameters << 7.4, 3.1, -2.45, -1.3, 5.45;
+  for (int number = 0; number < 3; ++number) {
+    Random random(4, 1, number);
+    const VectorXd start = drawn(random);
+    BongoHardware hardware({}, machine.faults, random.bits());
+    hardware.reset(start);
+    EXPECT_EQ(VectorXd(runMachine(machine, {}, VectorXd::Zero(5), 4, number).log.x.col(0)),
+              hardware.state());
+  }
+  int good = 0;
+  for (int i = 0; i < 8; ++i) {
+    Random random(4, 2, i);
+    const VectorXd start = drawn(random);
+    BongoHardware hardware({}, machine.faults, random.bits());
+    const bool failed = balance(hardware, {}, BalancePolicy::of(parameters), start).failed();
+    good += !failed;
+  }
+  EXPECT_GT(good, 0);
+  EXPECT_LT(good, 8);
+  EXPECT_EQ(successes(machine, {}, parameters, 8, 4), good);
+  BongoLearning o;
+  o.seed = 4;
+  o.start_angle = 0.012;
+  Random many(4, 4);
+  for (const VectorXd& start : bongoTask(o).many_starts) EXPECT_EQ(start, VectorXd(drawn(many)));
+
+  o.method = BongoMethod::kRandomise;
+  const LearnedModels models = bongoLearner(o)({}, 3);
+  ASSERT_EQ(models.plants.size(), 4U);
+  Random faults(4, 3, 3);
+  for (const auto& model : models.plants) {
+    BongoModelFaults f;
+    f.inertia_scale = faults.uniform(0.75, 1.35);
+    f.delay = faults.uniform(0, 0.008);
+    f.coulomb_friction = faults.uniform(0, 3);
+    f.com_offset = faults.uniform(-0.003, 0.003);
+    FaultyBongoBoard expected({}, f);
+    expected.reset(VectorXd::Zero(6));
+    model->reset(VectorXd::Zero(6));
+    for (int t = 0; t < 30; ++t) {
+      expected.step(VectorXd::Constant(1, 20));
+      model->step(VectorXd::Constant(1, 20));
+    }
+    EXPECT_EQ(model->state(), expected.state());
+  }
+}
+
+TEST(BongoLearning, AMachineIsLearnedUntilItIsToStop) {
+  std::stop_source stop;
+  stop.request_stop();
+  const BiasLearned learned = learnOnMachine({}, {}, stop.get_token());
+  EXPECT_TRUE(learned.stopped);
+  EXPECT_EQ(learned.plant_runs, 0);
+  BongoLearning none;
+  none.iterations = 0;
+  EXPECT_FALSE(learnOnMachine({}, none).stopped);
+}
+
 TEST(BongoLearning, ACostCanBeToldFromALogAlone) {
   BongoMachine machine;
   machine.faults.delay = 0.005;
@@ -206,6 +359,14 @@ TEST(BongoLearning, ARunThatWasCutShortDidNotSucceed) {
   EXPECT_EQ(seen.steps, 100);
   EXPECT_EQ(seen.failure, "end of the log");
   EXPECT_GT(seen.cost, 200 * 4900);
+  // One that was asked for no more steps did.
+  for (const int steps : {99, 100}) {
+    const Episode whole = episodeOf(log, {}, {.steps = steps});
+    EXPECT_EQ(whole.steps, steps);
+    EXPECT_FALSE(whole.failed());
+    EXPECT_LT(whole.cost, 200);
+    EXPECT_GT(whole.cost, 0);
+  }
 }
 
 TEST(BongoLearning, EveryFilterIsToldByName) {
@@ -224,6 +385,27 @@ TEST(BongoLearning, EveryFilterIsToldByName) {
   EXPECT_EQ(name_of({0, 0, 0, 4, 3, 0}), "rate");
   EXPECT_NE(name_of({NAN, 0, 0, 0, 0, 0}), "");
   EXPECT_TRUE(std::isnan(bongoFilters()[1].threshold));  // not judged
+  // What is at a threshold is kept; left is as right.
+  const auto both = [&](std::initializer_list<double> values, const std::string& name) {
+    std::vector<double> mirrored;
+    for (const double x : values) mirrored.push_back(-x);
+    EXPECT_EQ(name_of(values), name);
+    EXPECT_EQ(bongoFilter(Eigen::Map<const VectorXd>(mirrored.data(), 6)),
+              bongoFilter(Eigen::Map<const VectorXd>(values.begin(), 6)));
+  };
+  both({2.125, -2.125, 0.25, 0, 0, 0}, "");
+  both({2.125, -2.125, 0.251, 0, 0, 0}, "distance");
+  both({0, 0, 0.7, 0, 0, 0}, "");
+  both({0, 0, 0.701, 0, 0, 0}, "body angle");
+  both({0.125, 0.125, 0.5, 0, 0, 0}, "body angle");
+  both({0, 0.3, 0, 0, 0, 0}, "");
+  both({0.15, 0.151, 0, 0, 0, 0}, "board angle");
+  for (const double rate : {6.2, 6.201}) {
+    const std::string name = rate > 6.2 ? "rate" : "";
+    both({0, 0, 0, rate, -3, 0}, name);
+    both({0, 0, 0, -3, rate, 0}, name);
+    both({0, 0, 0, 2, rate - 2, 0}, name);
+  }
 }
 
 TEST(BongoLearning, SamplesAreCountedByTheFilterThatIsAgainstThem) {
@@ -259,6 +441,57 @@ TEST(BongoLearning, EveryMethodMakesModels) {
         model->step(VectorXd::Zero(1));
         EXPECT_TRUE(model->state().allFinite()) << name;
       }
+    }
+  }
+}
+
+/// Each is what its parts make of the logs; those that heed noise have it, and by chance is what is
+/// too noisy to see a rate's bias.
+TEST(BongoLearning, EveryMethodsModelsAreWhatItSays) {
+  BongoMachine machine;
+  machine.faults.inertia_scale = 1.2;
+  VectorXd parameters(5);
+  parameters << 7.4, 3.1, -2.45, -1.3, 5.45;
+  const auto moved = [](Plant& plant) {
+    plant.reset(bongoStart(0.001, 0.004));
+    for (int t = 0; t < 5; ++t) plant.step(VectorXd::Constant(1, 10));
+    return VectorXd(plant.state());
+  };
+  BongoBoard board;
+  const auto nominal = [] { return std::make_unique<BongoBoard>(); };
+  for (const double variance : {0.0001, 0.128}) {
+    machine.faults.rate_variance = variance;
+    RunLog log = runMachine(machine, {}, parameters, 1, 0).log;
+    log.x.conservativeResize(Eigen::NoChange, std::min<Eigen::Index>(log.x.cols(), 1001));
+    log.u.conservativeResize(Eigen::NoChange, log.x.cols() - 1);
+    const std::vector<RunLog> logs = {log};
+    const VectorXd noise = readingNoise(logs, board, bongoKeeps);
+    for (const int iteration : {0, 2}) {
+      const auto model = [&](BongoMethod method) {
+        BongoLearning o;
+        o.seed = 6;
+        o.method = method;
+        LearnedModels models = bongoLearner(o)(logs, iteration);
+        EXPECT_EQ(models.plants.size(), 1U);
+        const bool heeds = method == BongoMethod::kBias || method == BongoMethod::kIdentify;
+        EXPECT_EQ(models.by_chance, heeds && variance > 0.02);
+        return moved(*models.plants[0]);
+      };
+      const auto noisy = [&](std::unique_ptr<Plant> plant) {
+        NoisyPlant with(std::move(plant), noise, Random(6, 5, iteration).bits());
+        return moved(with);
+      };
+      EXPECT_EQ(model(BongoMethod::kNone), moved(board));
+      LearnedModels published =
+          biasLearner(nominal, bongoBias(BongoMethod::kPublished), bongoKeeps)(logs, 0);
+      EXPECT_EQ(model(BongoMethod::kPublished), moved(*published.plants[0]));
+      LearnedModels bias =
+          biasLearner(nominal, bongoBias(BongoMethod::kBias, noise), bongoKeeps)(logs, 0);
+      EXPECT_EQ(model(BongoMethod::kBias), noisy(std::move(bias.plants[0])));
+      const BongoModelFaults faults =
+          identify(logs, {}, bongoBias(BongoMethod::kIdentify), bongoKeeps);
+      EXPECT_EQ(model(BongoMethod::kIdentify),
+                noisy(std::make_unique<FaultyBongoBoard>(BongoParameters(), faults)));
     }
   }
 }

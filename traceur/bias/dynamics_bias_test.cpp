@@ -140,6 +140,15 @@ TEST(DynamicsBias, SpreadKeepsTheFarthest) {
   EXPECT_EQ(kept[0].x[0], 0);
   EXPECT_EQ(kept[1].x[0], -7);
   EXPECT_EQ(kept[2].x[0], 5.1);
+  o.most = 6;  // no more than that: as they come
+  const auto whole = spread(samples, o);
+  ASSERT_EQ(whole.size(), 6U);
+  for (size_t i = 0; i < 6; ++i) EXPECT_EQ(whole[i].x, samples[i].x);
+  // Far is what the kernel calls far.
+  o.most = 2;
+  samples.push_back({VectorXd::Zero(1), VectorXd::Constant(1, 3), VectorXd::Zero(1)});
+  o.kernel.lengths << 7, 1;
+  EXPECT_EQ(spread(samples, o)[1].u[0], 3);
 }
 
 TEST(DynamicsBias, RefusesALogOfAnotherPlant) {
@@ -149,8 +158,217 @@ TEST(DynamicsBias, RefusesALogOfAnotherPlant) {
   EXPECT_THROW(samplesOf(log, model, o, all), InputError);
   log = {0.02, MatrixXd::Zero(1, 11), MatrixXd::Zero(1, 10)};
   EXPECT_THROW(samplesOf(log, model, o, all), InputError);
+  log = {0.01, MatrixXd::Zero(1, 11), MatrixXd::Zero(2, 10)};
+  EXPECT_THROW(samplesOf(log, model, o, all), InputError);
+  for (const int steps : {9, 11}) {
+    log = {0.01, MatrixXd::Zero(1, 11), MatrixXd::Zero(1, steps)};
+    EXPECT_THROW(samplesOf(log, model, o, all), InputError);
+  }
+  for (const double sign : {1.0, -1.0}) {
+    log = {0.01 + sign * 1.5e-9, MatrixXd::Zero(1, 11), MatrixXd::Zero(1, 10)};
+    EXPECT_THROW(samplesOf(log, model, o, all), InputError);
+    log.time_step = 0.01 + sign * 0.5e-9;
+    EXPECT_FALSE(samplesOf(log, model, o, all).empty());
+  }
+  const VectorXd one = VectorXd::Ones(1), two = VectorXd::Ones(2);
+  EXPECT_NO_THROW(DynamicsBias({{one, one, one}}, o));
+  EXPECT_THROW(DynamicsBias({{two, one, one}}, o), InputError);
+  EXPECT_THROW(DynamicsBias({{one, two, one}}, o), InputError);
+  EXPECT_THROW(DynamicsBias({{one, one, two}}, o), InputError);
   o.kernel.lengths = VectorXd::Ones(3);
   EXPECT_THROW(DynamicsBias({}, o), InputError);
+}
+
+/// x_i' = x_i + (rate_i x_i + u_i³) Δt, two of them.
+class Pair : public Plant {
+ public:
+  Pair(double first, double second) : rates_(first, second) {}
+  int states() const override { return 2; }
+  int inputs() const override { return 2; }
+  double timeStep() const override { return 0.01; }
+  void reset(const VectorXd& x) override { x_ = x; }
+  void step(const VectorXd& u) override {
+    x_ += 0.01 * (rates_.cwiseProduct(x_) + VectorXd(u.array().cube()));
+  }
+  const VectorXd& state() const override { return x_; }
+
+ private:
+  VectorXd x_ = VectorXd::Zero(2);
+  Eigen::Vector2d rates_;
+};
+
+BiasOptions pairOptions() {
+  BiasOptions o;
+  o.lags = {1, 4, 13};
+  o.directions = {1, 0};
+  o.direction_scale = 0.3;
+  o.input_scale = VectorXd::LinSpaced(12, 0.5, 1.5);  // states, 4 times inputs, directions
+  o.output_scale = Eigen::Vector2d(100, 50);
+  o.kernel = {VectorXd::Constant(12, 2), 1, 0.1};
+  o.average = 10;
+  o.stride = 6;
+  return o;
+}
+
+RunLog drivePair(Plant& plant, int steps, double phase) {
+  RunLog log{plant.timeStep(), MatrixXd(2, steps + 1), MatrixXd(2, steps)};
+  plant.reset(Eigen::Vector2d(0.3, -0.2));
+  log.x.col(0) = plant.state();
+  for (int t = 0; t < steps; ++t) {
+    log.u.col(t) << std::sin(0.3 * t + phase), std::cos(0.2 * t + phase);
+    plant.step(log.u.col(t));
+    log.x.col(t + 1) = plant.state();
+  }
+  return log;
+}
+
+TEST(DynamicsBias, SamplesAreMeansOverTheirSteps) {
+  Pair plant(0.5, -0.4), model(0.5, -1);
+  const BiasOptions o = pairOptions();
+  const RunLog log = drivePair(plant, 40, 0);
+  const auto samples = samplesOf(log, model, o, all);
+  ASSERT_EQ(samples.size(), 6U);
+  for (size_t s = 0; s < samples.size(); ++s) {
+    VectorXd x = VectorXd::Zero(2), u = VectorXd::Zero(10);
+    for (int i = 0; i < 10; ++i) {
+      const int t = 6 * static_cast<int>(s) + i;
+      x += log.x.col(t) / 10;
+      int at = 0;
+      for (const int lag : {0, 1, 4, 13}) {
+        if (t >= lag) u.segment(at, 2) += log.u.col(t - lag) / 10;  // nothing before a run
+        at += 2;
+      }
+      u[8] += std::tanh(log.x(1, t) / 0.3) / 10;
+      u[9] += std::tanh(log.x(0, t) / 0.3) / 10;
+    }
+    EXPECT_LT((samples[s].x - x).norm(), 1e-12) << s;
+    EXPECT_LT((samples[s].u - u).norm(), 1e-12) << s;
+    // The first state goes as the model says; the second lacks 0.006 of where it is, its change in
+    // these steps weighted by what the model makes of it.
+    EXPECT_NEAR(samples[s].difference[0], 0, 1e-9);
+    double lacks = 0, weights = 0;
+    for (int i = 0; i < 10; ++i) {
+      const double weight = std::pow(0.99, 9 - i);
+      lacks += weight * 0.006 * log.x(1, 6 * static_cast<Eigen::Index>(s) + i);
+      weights += weight;
+    }
+    EXPECT_NEAR(samples[s].difference[1], lacks / weights, 1e-9);
+  }
+}
+
+TEST(DynamicsBias, ACorrectedPlantGivesItWhatTheSamplesHave) {
+  Pair plant(0.5, -0.4);
+  Pair model(0.3, -1);
+  BiasOptions o = pairOptions();
+  o.decay = 3;
+  const auto bias =
+      std::make_shared<const DynamicsBias>(samplesOf(drivePair(plant, 200, 0), model, o, all), o);
+  CorrectedPlant corrected(std::make_unique<Pair>(model), bias);
+  EXPECT_EQ(corrected.states(), 2);
+  EXPECT_EQ(corrected.inputs(), 2);
+  EXPECT_EQ(corrected.timeStep(), 0.01);
+  DynamicsBias::Scratch scratch;
+  for (const double phase : {1.0, 2.0}) {  // nothing of the first run is left in the second
+    const RunLog log = drivePair(corrected, 40, phase);
+    for (int t = 0; t < 40; ++t) {
+      VectorXd u = VectorXd::Zero(10);
+      int at = 0;
+      for (const int lag : {0, 1, 4, 13}) {
+        if (t >= lag) u.segment(at, 2) = log.u.col(t - lag);
+        at += 2;
+      }
+      u[8] = std::tanh(log.x(1, t) / 0.3);
+      u[9] = std::tanh(log.x(0, t) / 0.3);
+      VectorXd g;
+      const double weight = bias->predict(log.x.col(t), u, g, scratch);
+      model.reset(log.x.col(t));
+      model.step(log.u.col(t));
+      EXPECT_EQ(VectorXd(log.x.col(t + 1)), VectorXd(model.state() + g)) << t;
+
+      // g of its own formula.
+      VectorXd input(12);
+      input << log.x.col(t), u;
+      const gp::Prediction p = bias->regression().predict(input.cwiseProduct(o.input_scale));
+      EXPECT_NEAR(weight, std::exp(-3 * 2 * p.variance * p.variance), 1e-3);
+      EXPECT_LT((g - weight * p.mean.cwiseQuotient(o.output_scale)).norm(), 1e-6);
+    }
+  }
+}
+
+TEST(DynamicsBias, WhatIsExplainedIsOfTheWholeDifference) {
+  Line model(0, 1), plant(0, 0.8);
+  const BiasOptions o = lineOptions();
+  const RunLog log = drive(plant, VectorXd::Zero(1), 90, [](int t) { return std::sin(0.1 * t); });
+  const auto samples = samplesOf(log, model, o, all);
+  const DynamicsBias bias(samples, o);
+  auto others = samples;
+  for (size_t i = 0; i < others.size(); ++i) others[i].difference[0] += 0.001 * (i % 3);
+  double left = 0, whole = 0;
+  DynamicsBias::Scratch scratch;
+  VectorXd g;
+  for (const BiasSample& s : others) {
+    bias.predict(s.x, s.u, g, scratch);
+    left += std::pow(s.difference[0] - g[0], 2);
+    whole += std::pow(s.difference[0], 2);
+  }
+  EXPECT_NEAR(explained(bias, others)[0], 1 - left / whole, 1e-12);
+  EXPECT_LT(explained(bias, others)[0], 0.9);
+  // Without a sample, whatever kernels might be tried, there is no bias.
+  BiasOptions tried = o;
+  tried.other_signals = {0.1};
+  EXPECT_EQ(DynamicsBias({}, tried).predict(samples[0].x, samples[0].u, g, scratch),
+            std::exp(-1.0));
+  EXPECT_EQ(g[0], 0);
+}
+
+/// Exact readings of a plant that answers half: the input it lacks is what was not answered, though
+/// a cube of it moves the plant.
+TEST(DynamicsBias, OfInputsIsFoundThroughWhatTheModelMakesOfThem) {
+  class Weak : public Pair {
+   public:
+    using Pair::Pair;
+    void step(const VectorXd& u) override { Pair::step(u.cwiseProduct(Eigen::Vector2d(0.7, 1.2))); }
+  } plant(0.5, -0.4);
+  Pair model(0.5, -0.4);
+  BiasOptions o = pairOptions();
+  o.noise = Eigen::Vector2d(1e-4, 4e-4);
+  RunLog log{0.01, MatrixXd(2, 31), MatrixXd(2, 30)};
+  plant.reset(Eigen::Vector2d(0.3, -0.2));
+  log.x.col(0) = plant.state();
+  for (int t = 0; t < 30; ++t) {
+    log.u.col(t) << 0.8, -0.5;
+    plant.step(log.u.col(t));
+    log.x.col(t + 1) = plant.state();
+  }
+  // The path is linear in u³, so the two steps are Newton's for a root of it.
+  const auto newton = [](double u, double answered) {
+    double more = 0;
+    for (int round = 0; round < 2; ++round) {
+      more -= (std::pow(u + more, 3) - std::pow(answered * u, 3)) / (3 * std::pow(u + more, 2));
+    }
+    EXPECT_NEAR(more, (answered - 1) * u, 0.01);
+    return more;
+  };
+  const auto samples = samplesOf(log, model, o, all);
+  ASSERT_EQ(samples.size(), 4U);
+  for (size_t s = 0; s < samples.size(); ++s) {
+    EXPECT_NEAR(samples[s].difference[0], newton(0.8, 0.7), 1e-4) << s;
+    EXPECT_NEAR(samples[s].difference[1], newton(-0.5, 1.2), 1e-4) << s;
+    EXPECT_LT(
+        (samples[s].x - log.x.middleCols(6 * static_cast<Eigen::Index>(s), 10).rowwise().mean())
+            .norm(),
+        1e-2)
+        << s;
+  }
+  // Of a model that is linear one step is exact, and the second changes nothing.
+  Line line(-1, 1), half(-1, 0.5);
+  BiasOptions linear = lineOptions();
+  linear.average = 5;
+  linear.noise = VectorXd::Constant(1, 1e-4);
+  const RunLog run = drive(half, VectorXd::Ones(1), 30, [](int) { return 3; });
+  for (const BiasSample& s : samplesOf(run, line, linear, all)) {
+    EXPECT_NEAR(s.difference[0], -1.5, 1e-8);
+  }
 }
 
 /// Dry friction is told by the direction of motion; where there is none, that input is left out.

@@ -4,6 +4,7 @@
 
 #include "traceur/bias/bongo_learning.h"
 #include "traceur/bias/faulty_bongo_board.h"
+#include "traceur/core/random.h"
 
 namespace traceur::bias {
 namespace {
@@ -60,6 +61,69 @@ TEST(NoisyPlant, NoiseIsToldFromForcesThatTheModelHasNot) {
   const VectorXd found = readingNoise(logs, model, all);
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(found[i], variances()[i], 0.3 * variances()[i]) << i;
   EXPECT_EQ(readingNoise({}, model, all), VectorXd::Zero(6));
+}
+
+TEST(NoisyPlant, ItsNoiseIsASequenceOf8192Readings) {
+  static constexpr int kReadings = 8192;
+  BongoBoard clean;
+  NoisyPlant noisy(std::make_unique<BongoBoard>(), VectorXd::Constant(6, 4), 5);
+  const VectorXd push = VectorXd::Zero(1);
+  MatrixXd noise(6, 2 * kReadings);
+  noisy.reset(VectorXd::Zero(6));  // where it stays
+  noise.col(0) = noisy.state();
+  for (int t = 1; t < noise.cols(); ++t) {
+    noisy.step(push);
+    noise.col(t) = noisy.state();
+  }
+  EXPECT_EQ(noise.leftCols(kReadings), noise.rightCols(kReadings));
+  for (int t = 1; t < kReadings; ++t) ASSERT_NE(noise(0, 0), noise(0, t)) << t;
+  // What a seed gave once it gives for ever: somewhere among them are its first numbers.
+  Random random(5, 0);
+  VectorXd first(6);
+  for (double& x : first) x = 2 * random.normal();
+  EXPECT_LT((noise.colwise() - first).colwise().norm().minCoeff(), 1e-12);
+}
+
+/// By its definition, over neighbours of which all three readings may be used.
+TEST(NoisyPlant, TheNoiseIsHowMuchNeighboursDiffer) {
+  class Still : public Plant {  // so that a residual is the difference of two readings
+   public:
+    int states() const override { return 2; }
+    int inputs() const override { return 1; }
+    double timeStep() const override { return 1; }
+    void reset(const VectorXd& x) override { x_ = x; }
+    void step(const VectorXd&) override {}
+    const VectorXd& state() const override { return x_; }
+
+   private:
+    VectorXd x_;
+  } model;
+  Random random(8);
+  std::vector<RunLog> logs;
+  for (const int steps : {12, 7, 2, 1}) {
+    RunLog log{1, MatrixXd(2, steps + 1), MatrixXd::Zero(1, steps)};
+    for (double& x : log.x.reshaped()) x = random.normal();
+    logs.push_back(log);
+  }
+  logs[0].x(0, 5) = 50;  // these may not
+  logs[1].x(0, 0) = 50;
+  const auto keep = [](const VectorXd& x) { return x[0] < 40; };
+  VectorXd sum = VectorXd::Zero(2);
+  int count = 0;
+  for (const RunLog& log : logs) {
+    for (int t = 1; t < log.steps(); ++t) {
+      if (!keep(log.x.col(t - 1)) || !keep(log.x.col(t)) || !keep(log.x.col(t + 1))) continue;
+      sum -= (log.x.col(t + 1) - log.x.col(t)).cwiseProduct(log.x.col(t) - log.x.col(t - 1));
+      ++count;
+    }
+  }
+  ASSERT_EQ(count, 8 + 5 + 1);
+  ASSERT_GT(sum.minCoeff(), 0);
+  EXPECT_LT((readingNoise(logs, model, keep) - sum / count).norm(), 1e-12);
+  // Neighbours that are alike show none, be they only two.
+  RunLog rising{1, MatrixXd(2, 3), MatrixXd::Zero(1, 2)};
+  rising.x << 0, 1, 2, 0, 1, 0;
+  EXPECT_EQ(readingNoise({rising}, model, keep), Eigen::Vector2d(0, 1));
 }
 
 }  // namespace
