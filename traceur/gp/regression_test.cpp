@@ -186,6 +186,16 @@ TEST(Gp, SavesEveryBit) {
   refused("{", "parse");
   refused("{}", "format");
   refused(R"({"format": "traceur gp", "version": 9})", "version 1");
+  std::string other = g.save();
+  other.replace(other.find("traceur gp"), 10, "traceur pg");
+  refused(other, "version 1");
+  EXPECT_EQ(again.x(), g.x());
+  EXPECT_EQ(again.kernel().signal, 1.5);
+  EXPECT_EQ(again.outputs(), 2);
+  EXPECT_EQ(again.size(), 12);
+  const Regression none = Regression::load(Regression(kernelOf(3), 2).save(), "here");
+  EXPECT_EQ(none.size(), 0);
+  EXPECT_EQ(none.inputs(), 3);
 }
 
 TEST(Gp, RefusesWhatMakesNoSense) {
@@ -194,10 +204,21 @@ TEST(Gp, RefusesWhatMakesNoSense) {
   EXPECT_THROW(Regression({point(1), 1, NAN}, 1), InputError);
   EXPECT_THROW(Regression({VectorXd(0), 1, 0}, 1), InputError);
   EXPECT_THROW(Regression({point(1), 1, 0}, 0), InputError);
+  for (const double bad : {0.0, -1.0, static_cast<double>(INFINITY), static_cast<double>(NAN)}) {
+    EXPECT_THROW(Regression({Eigen::Vector2d(bad, 1), 1, 0}, 1), InputError) << bad;
+    EXPECT_THROW(Regression({Eigen::Vector2d(1, bad), 1, 0}, 1), InputError) << bad;
+    EXPECT_THROW(Regression({point(1), bad, 0}, 1), InputError) << bad;
+    if (bad == 0) continue;  // no noise is fine
+    EXPECT_THROW(Regression({point(1), 1, bad}, 1), InputError) << bad;
+  }
   Regression g({point(1), 1, 0}, 1);
   EXPECT_THROW(fit(g), InputError);
   EXPECT_THROW(g.add(point(NAN), point(0)), InputError);
+  EXPECT_THROW(g.add(point(0), point(INFINITY)), InputError);
   EXPECT_THROW(g.add(VectorXd::Zero(2), point(0)), InputError);
+  EXPECT_THROW(g.add(point(0), VectorXd::Zero(2)), InputError);
+  EXPECT_THROW(g.setKernel({VectorXd::Ones(2), 1, 0}), InputError);
+  EXPECT_THROW(g.setKernel({point(-1), 1, 0}), InputError);
   g.add(point(0), point(0));
   g.add(point(3), point(0));
   try {
@@ -214,6 +235,108 @@ TEST(Gp, RefusesWhatMakesNoSense) {
   g.add(point(3 + 1e-9), point(1));  // now it may be noise
   EXPECT_THROW(g.setKernel({point(1), 1, 0}), InputError);
   EXPECT_EQ(g.kernel().noise, 0.1);
+
+  const auto message = [](Regression& of, double x) -> std::string {
+    try {
+      of.add(point(x), point(1));
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  Regression wide({point(2), 1, 0}, 1);
+  for (const double x : {0.0, 4.0, 8.0}) EXPECT_EQ(message(wide, x), "");
+  EXPECT_NE(message(wide, 4 + 1e-9).find("with sample 4: it is nearest to sample 2, 5e-10 lengths"),
+            std::string::npos)
+      << message(wide, 4 + 1e-9);
+  Regression tiny({point(2), 1e-200, 0}, 1);  // its square is 0
+  EXPECT_NE(message(tiny, 0).find("with sample 1: it is nearest to sample 1, 0 lengths"),
+            std::string::npos)
+      << message(tiny, 0);
+  EXPECT_EQ(tiny.size(), 0);
+}
+
+/// Each number goes as far as it may, from its own start: samples of a function far from the
+/// kernel.
+TEST(Gp, FittingStaysWithinAFactorOfTheStart) {
+  const Kernel truth{Eigen::Vector2d(0.5, 2), 1.2, 0.2};
+  Random random(12);
+  const Regression from = drawn(truth, 60, 2, random);
+  const struct {
+    Kernel start;
+    double by[4];  // where to: lengths, signal, noise
+  } cases[] = {{{Eigen::Vector2d(5, 0.2), 0.1, 0.02}, {0.8, 0.8, 1.25, 1.25}},
+               {{Eigen::Vector2d(0.1, 20), 12, 2}, {1.25, 1.25, 0.8, 0.8}}};
+  for (const auto& [start, by] : cases) {
+    Regression g = from;
+    g.setKernel(start);
+    const Fit f = fit(g, {.range = 1.25});
+    EXPECT_NEAR(g.kernel().lengths[0] / start.lengths[0], by[0], 1e-9);
+    EXPECT_NEAR(g.kernel().lengths[1] / start.lengths[1], by[1], 1e-9);
+    EXPECT_NEAR(g.kernel().signal / start.signal, by[2], 1e-9);
+    EXPECT_NEAR(g.kernel().noise / start.noise, by[3], 1e-9);
+    EXPECT_GT(f.after, f.before);
+    EXPECT_GT(f.evaluations, 1);
+    EXPECT_LT(f.evaluations, 200);
+  }
+  Regression g = from;
+  g.setKernel({Eigen::Vector2d(1, 1), 1, 0.5});
+  EXPECT_LE(fit(g, {.evaluations = 3}).evaluations, 4);
+}
+
+/// The best of a fit is where no number alone is better, and noise of 0 stays 0.
+TEST(Gp, FittingEndsAtTheMostLikely) {
+  for (const double noise : {0.2, 0.0}) {
+    Random random(13);
+    Regression g({Eigen::Vector2d(0.6, 0.9), 1.2, noise}, 1);
+    for (int i = 0; i < 25; ++i) {
+      const VectorXd x = 1.5 * normals(random, 2);
+      g.add(x, point(std::sin(2 * x[0]) * std::cos(x[1]) + noise * random.normal()));
+    }
+    const Fit f = fit(g);
+    EXPECT_GT(f.after, f.before);
+    EXPECT_EQ(g.kernel().noise > 0, noise > 0);
+    VectorXd gradient;
+    EXPECT_DOUBLE_EQ(g.logLikelihood(&gradient), f.after);
+    EXPECT_LT(gradient.cwiseAbs().maxCoeff(), noise > 0 ? 1e-2 : 0.5) << gradient.transpose();
+  }
+}
+
+/// Whatever the number of samples: a predictor works in bands of them.
+TEST(Gp, APredictorIsTheRegressionOfAnySize) {
+  for (const int n : {0, 1, 2, 15, 16, 17, 31, 32, 33, 49}) {
+    const Regression g = samples(n, 9);
+    const Predictor fast(g);
+    EXPECT_EQ(fast.size(), n);
+    EXPECT_EQ(fast.outputs(), 2);
+    Predictor::Scratch scratch;
+    Random random(10);
+    for (int i = 0; i < 5; ++i) {
+      const VectorXd x = normals(random, 2);
+      const Prediction p = g.predict(x);
+      VectorXd mean(2), alone(2);
+      EXPECT_NEAR(fast.meanAndVariance(x, mean, scratch), p.variance, 2e-5) << n;
+      fast.mean(x, alone, scratch);
+      EXPECT_LT((mean - p.mean).norm(), 2e-5) << n;
+      EXPECT_EQ(alone, mean);
+    }
+  }
+  const Regression none = samples(0, 9);
+  EXPECT_EQ(none.logLikelihood(), 0);
+  VectorXd gradient;
+  none.logLikelihood(&gradient);
+  EXPECT_EQ(gradient, VectorXd(VectorXd::Zero(4)));
+  // Where samples crowd, rounding may not make a variance negative.
+  Regression crowd({point(50), 1, 1e-3}, 1);
+  for (int i = 0; i < 30; ++i) crowd.add(point(0.1 * i), point(0));
+  const Predictor sure(crowd);
+  Predictor::Scratch scratch;
+  VectorXd mean(1);
+  for (int i = 0; i < 30; ++i) {
+    const double variance = sure.meanAndVariance(point(0.1 * i), mean, scratch);
+    EXPECT_GE(variance, 0);
+    EXPECT_LT(variance, 1e-3);
+  }
 }
 
 }  // namespace
