@@ -38,7 +38,7 @@ TEST(BongoBoard, ObeysEulerAndLagrangeForItsOwnEnergy) {
                        1.5 * std::cos(t), -2 * std::sin(1.7 * t), 1.1 * std::cos(2.3 * t)});
     const double u = 20 * std::sin(5 * t);
     const Vector3d a = board.acceleration(x, u);
-    const auto kinetic = [&](State s) {
+    const auto kinetic = [&](const State& s) {
       State still = s;
       still.tail<3>().setZero();
       return board.energy(s) - board.energy(still);

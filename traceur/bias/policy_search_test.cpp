@@ -55,7 +55,9 @@ TEST(PolicySearch, SurvivesNaNAndRefusesBadBounds) {
   EXPECT_THROW(searchPolicy(bowl, VectorXd::Constant(2, -INFINITY), high, {}), InputError);
   EXPECT_THROW(searchPolicy(bowl, low, Eigen::Vector2d(1, -1), {}), InputError);
   // What is no cost is never the best, but the first of equals is, be they infinite.
-  const auto bottomless = [](const VectorXd& x) { return x[0] < 0 ? -INFINITY : bowl(x); };
+  const auto bottomless = [](const VectorXd& x) {
+    return x[0] < 0 ? -std::numeric_limits<double>::infinity() : bowl(x);
+  };
   EXPECT_GE(searchPolicy(bottomless, low, high, {.direct = 50}).cost, 0);
   for (const double cost : {1.0, std::numeric_limits<double>::infinity()}) {
     const auto plain = [&](const VectorXd&) { return cost; };

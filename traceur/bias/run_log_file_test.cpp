@@ -20,11 +20,11 @@ class LogFile : public testing::Test {
     VectorXd x0 = VectorXd::Zero(6);
     x0[1] = 0.02;
     BongoBoard board;
-    balance(board, {}, BalancePolicy::of(VectorXd::Ones(5)), x0, {.steps = 20}, {}, &log_);
-    writeLog(good(), log_, bongoLogFormat());
+    balance(board, {}, BalancePolicy::of(VectorXd::Ones(5)), x0, {.steps = 20}, {}, &written);
+    writeLog(good(), written, bongoLogFormat());
   }
 
-  fs::path good() const { return dir_ / "good.csv"; }
+  fs::path good() const { return folder / "good.csv"; }
   static std::string text(const fs::path& file) {
     std::stringstream s;
     s << std::ifstream(file).rdbuf();
@@ -36,33 +36,33 @@ class LogFile : public testing::Test {
     const size_t at = changed.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     changed.replace(at, from.size(), to);
-    std::ofstream(dir_ / "bad.csv") << changed;
+    std::ofstream(folder / "bad.csv") << changed;
     try {
-      readLog(dir_ / "bad.csv", bongoLogFormat());
+      readLog(folder / "bad.csv", bongoLogFormat());
     } catch (const InputError& e) {
       return e.what();
     }
     return "accepted";
   }
 
-  TestFolder dir_;
-  RunLog log_;
+  TestFolder folder;
+  RunLog written;
 };
 
 TEST_F(LogFile, ComesBackBitByBit) {
-  ASSERT_EQ(log_.steps(), 20);
+  ASSERT_EQ(written.steps(), 20);
   const RunLog again = readLog(good(), bongoLogFormat());
-  EXPECT_EQ(again.time_step, log_.time_step);
-  EXPECT_EQ(again.x, log_.x);
-  EXPECT_EQ(again.u, log_.u);
+  EXPECT_EQ(again.time_step, written.time_step);
+  EXPECT_EQ(again.x, written.x);
+  EXPECT_EQ(again.u, written.u);
 }
 
 TEST_F(LogFile, MayHaveOtherColumnsInAnyOrderAndAnInputToTheLastReading) {
-  std::ofstream(dir_ / "other.csv")
+  std::ofstream(folder / "other.csv")
       << "# {\"format\": \"traceur log\", \"version\": 1, \"plant\": \"cart\", \"time_step\": 0.5, "
          "\"units\": {\"time\": \"s\", \"x\": \"m\", \"u\": \"N\"}}\r\n"
          "u,note,time,x\r\n1,a,10,2\r\n3,b,10.5,4\r\n";
-  const RunLog log = readLog(dir_ / "other.csv", {"cart", {{"x", "m"}}, {{"u", "N"}}});
+  const RunLog log = readLog(folder / "other.csv", {"cart", {{"x", "m"}}, {{"u", "N"}}});
   ASSERT_EQ(log.steps(), 1);
   EXPECT_EQ(log.u(0, 0), 1);
   EXPECT_EQ(log.x(0, 0), 2);
@@ -73,13 +73,13 @@ TEST_F(LogFile, MayHaveOtherColumnsInAnyOrderAndAnInputToTheLastReading) {
 TEST_F(LogFile, RowsOfCellsAreReadOrRefusedByTheirPlaces) {
   const LogFormat format{"cart", {{"x", "m"}, {"v", "m/s"}}, {{"u", "N"}, {"w", "V"}}};
   const auto said = [&](const std::string& rows) -> std::string {
-    std::ofstream(dir_ / "cart.csv")
+    std::ofstream(folder / "cart.csv")
         << "# {\"format\": \"traceur log\", \"version\": 1, \"plant\": \"cart\", "
            "\"time_step\": 0.5, \"units\": {\"time\": \"s\", \"x\": \"m\", \"v\": "
            "\"m/s\", \"u\": \"N\", \"w\": \"V\"}}\ntime,x,v,u,w\n"
         << rows;
     try {
-      const RunLog log = readLog(dir_ / "cart.csv", format);
+      const RunLog log = readLog(folder / "cart.csv", format);
       std::stringstream out;
       out << "x";
       for (const double x : log.x.reshaped()) out << ' ' << x;
@@ -115,8 +115,8 @@ TEST_F(LogFile, WritesAnInputBesideTheReadingItAnswers) {
   RunLog log{0.5, MatrixXd(1, 3), MatrixXd(2, 2)};
   log.x << 1, 2, 3;
   log.u << 4, 5, 6, 7;
-  writeLog(dir_ / "cart.csv", log, {"cart", {{"x", "m"}}, {{"u", "N"}, {"w", "V"}}});
-  EXPECT_EQ(text(dir_ / "cart.csv"),
+  writeLog(folder / "cart.csv", log, {"cart", {{"x", "m"}}, {{"u", "N"}, {"w", "V"}}});
+  EXPECT_EQ(text(folder / "cart.csv"),
             "# {\"format\":\"traceur log\",\"version\":1,\"plant\":\"cart\",\"time_step\":0.5,"
             "\"units\":{\"time\":\"s\",\"x\":\"m\",\"u\":\"N\",\"w\":\"V\"}}\n"
             "time,x,u,w\n0,1,4,6\n0.5,2,5,7\n1,3,,\n");
@@ -125,7 +125,7 @@ TEST_F(LogFile, WritesAnInputBesideTheReadingItAnswers) {
 TEST_F(LogFile, MayHaveAThousandColumns) {
   for (const int more : {992, 993}) {
     std::stringstream lines(text(good()));
-    std::ofstream out(dir_ / "wide.csv");
+    std::ofstream out(folder / "wide.csv");
     std::string line;
     for (int i = 0; std::getline(lines, line); ++i) {
       out << line;
@@ -136,25 +136,25 @@ TEST_F(LogFile, MayHaveAThousandColumns) {
     }
     out.close();
     if (more == 992) {
-      EXPECT_EQ(readLog(dir_ / "wide.csv", bongoLogFormat()).u, log_.u);
+      EXPECT_EQ(readLog(folder / "wide.csv", bongoLogFormat()).u, written.u);
     } else {
-      EXPECT_THROW(readLog(dir_ / "wide.csv", bongoLogFormat()), InputError);
+      EXPECT_THROW(readLog(folder / "wide.csv", bongoLogFormat()), InputError);
     }
   }
 }
 
 TEST_F(LogFile, MayBeginWithAByteOrderMark) {
-  std::ofstream(dir_ / "marked.csv") << "\xEF\xBB\xBF" << text(good());
-  EXPECT_EQ(readLog(dir_ / "marked.csv", bongoLogFormat()).x, log_.x);
+  std::ofstream(folder / "marked.csv") << "\xEF\xBB\xBF" << text(good());
+  EXPECT_EQ(readLog(folder / "marked.csv", bongoLogFormat()).x, written.x);
 }
 
 TEST_F(LogFile, RefusesFilesOfOneLine) {
   const std::string header = text(good()).substr(0, text(good()).find('\n'));
   for (const std::string& only : {header, header + "\n", std::string(), std::string("\n")}) {
-    std::ofstream(dir_ / "one.csv") << only;
-    EXPECT_THROW(readLog(dir_ / "one.csv", bongoLogFormat()), InputError) << only;
+    std::ofstream(folder / "one.csv") << only;
+    EXPECT_THROW(readLog(folder / "one.csv", bongoLogFormat()), InputError) << only;
     try {
-      readLog(dir_ / "one.csv", bongoLogFormat());
+      readLog(folder / "one.csv", bongoLogFormat());
     } catch (const InputError& e) {
       EXPECT_NE(std::string(e.what()).find("one.csv:1: expected"), std::string::npos) << e.what();
     }
@@ -191,9 +191,9 @@ TEST_F(LogFile, RefusesWhatIsWrongByLineAndColumn) {
   says("\n0.002,", "\n0.0005,", "expected a step of 0.001 s");
   says("\n0.002,", "\n0.003,", "expected a step of 0.001 s");
   EXPECT_NE(complaint("\n0.002,", "\n0.0005,").find("bad.csv:5"), std::string::npos);
-  std::ofstream(dir_ / "short.csv") << text(good()).substr(0, text(good()).find("\n0.001"));
-  EXPECT_THROW(readLog(dir_ / "short.csv", bongoLogFormat()), InputError);
-  EXPECT_THROW(readLog(dir_ / "none.csv", bongoLogFormat()), std::exception);
+  std::ofstream(folder / "short.csv") << text(good()).substr(0, text(good()).find("\n0.001"));
+  EXPECT_THROW(readLog(folder / "short.csv", bongoLogFormat()), InputError);
+  EXPECT_THROW(readLog(folder / "none.csv", bongoLogFormat()), std::exception);
 }
 
 }  // namespace
