@@ -140,7 +140,7 @@ class SkillReader {
       p.max = range[1];
       p.initial = row.number("initial", (p.min + p.max) / 2);
       p.help = row.string("help", "");
-      if (!(std::isfinite(p.min) && std::isfinite(p.max) && p.min < p.max)) {
+      if (!(p.min < p.max)) {
         row.fail("range", fmt::format("\"{}\": expected a range [min, max] of finite numbers with "
                                       "min < max, got [{}, {}]",
                                       name, p.min, p.max));

@@ -1,10 +1,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 
 #include "traceur/core/error.h"
+#include "traceur/core/hash.h"
+#include "traceur/core/random.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/skill/rollout.h"
@@ -272,6 +276,8 @@ TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
   const auto skill = fromText(kAll);
   const Skill& s = *skill;
   EXPECT_EQ(s.name, "all");
+  EXPECT_EQ(s.text, kAll);
+  EXPECT_EQ(s.file, "skills/bioloid-gp/test.toml");
   EXPECT_EQ(s.description, "has every key");
   EXPECT_EQ(s.horizon, 0.7);
   EXPECT_EQ(s.model->timeStep(), 0.002);
@@ -293,6 +299,7 @@ TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
   };
   EXPECT_LT((at("crate") - sim::Vector3d(3, 4, 0.3)).norm(), 1e-9);
   EXPECT_LT((axis("crate", 0) - sim::Vector3d(std::cos(0.5), std::sin(0.5), 0)).norm(), 1e-9);
+  EXPECT_LT((axis("crate", 2) - sim::Vector3d::UnitZ()).norm(), 1e-9);
   EXPECT_LT((at("ball") - sim::Vector3d(5, 6, 0.1)).norm(), 1e-9);
   EXPECT_NEAR(at("wall").z(), 1.5, 1e-9);
   EXPECT_GT(at("wall").x(), 9);  // behind its face, which looks at -x
@@ -300,7 +307,9 @@ TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
   EXPECT_NEAR(std::abs(axis("rail", 2).y()), 1, 1e-9);
   for (const char* fixed : {"wall", "rail"}) EXPECT_TRUE(s.model->isStatic(s.model->body(fixed)));
   for (const char* free : {"crate", "ball"}) EXPECT_FALSE(s.model->isStatic(s.model->body(free)));
-  EXPECT_NE(s.model->mjcf().find("0.123"), std::string::npos);
+  for (const char* number : {"0.123", "0.1 0.2 0.3", "0.6 ", " 0.01", "0.009"}) {
+    EXPECT_NE(s.model->mjcf().find(number), std::string::npos) << number;
+  }
   // A push of m·v moves what has the mass it says: 1 N for one step.
   for (const auto& [name, mass] : {std::pair("crate", 7.0), std::pair("ball", 2.0)}) {
     const sim::BodyId body = s.model->body(name);
@@ -410,6 +419,11 @@ TEST(SkillFile, BoundsOfItsNumbersAreWhereItSaysTheyAre) {
   EXPECT_EQ(top("time_step = 0.002"), "accepted");
   EXPECT_NE(top("time_step = 0.0201"), "accepted");
   EXPECT_NE(top("time_step = 0"), "accepted");
+  EXPECT_EQ(top("time_step = 1e-6"), "accepted");
+  EXPECT_NE(top("time_step = 0.9e-6"), "accepted");
+  for (const char* range : {"range = [0, inf]", "range = [-inf, 0]", "range = [0]"}) {
+    EXPECT_NE(with("range = [-1, 1], initial = 0.3", range), "accepted") << range;
+  }
   const auto scene = [](const std::string& line) {
     return mistakes(std::string(kNod) + "[scene]\n" + line);
   };
@@ -418,6 +432,217 @@ TEST(SkillFile, BoundsOfItsNumbersAreWhereItSaysTheyAre) {
   EXPECT_EQ(scene("friction = 0\nrolling_friction = 0"), "accepted");
   EXPECT_NE(scene("friction = -0.1"), "accepted");
   EXPECT_NE(scene("rolling_friction = -0.1"), "accepted");
+  EXPECT_EQ(mistakes("time_step = 0.02" + std::string(kNod) + "[scene]\ncompliance = 0.04"),
+            "accepted");
+  for (const char* key : {"kp", "kd", "torque_limit", "speed_limit"}) {
+    const auto controller = [&](const char* value) {
+      return with("[parameters]",
+                  "[controller]\n" + std::string(key) + " = " + value + "\n[parameters]");
+    };
+    EXPECT_EQ(controller("0"), "accepted") << key;
+    EXPECT_NE(controller("-0.1").find(std::string(key) + "\": expected a number >= 0"),
+              std::string::npos);
+  }
+  for (const char* wrong :
+       {"[[scene.ball]]\nname = \"b\"\nat = [5, 0, 1]\nradius = 0\nmass = 1",
+        "[[scene.ball]]\nname = \"b\"\nat = [5, 0, 1]\nradius = 0.1\nmass = -1",
+        "[[scene.wall]]\nname = \"w\"\nat = [5, 0, 0]\nwidth = 0\nheight = 1",
+        "[[scene.wall]]\nname = \"w\"\nat = [5, 0, 0]\nwidth = 1\nheight = 0",
+        "[[scene.rail]]\nname = \"r\"\nfrom = [5, 0, 1]\nto = [6, 0, 1]\nradius = 0"}) {
+    EXPECT_NE(mistakes(std::string(kNod) + wrong).find("expected a number > 0"), std::string::npos)
+        << wrong;
+  }
+  // How deep a robot may begin in what lies on the ground: a millimetre, engines differ by another.
+  const auto step = [&](const char* at) {
+    return mistakes(std::string(kNod) +
+                    "[[scene.box]]\nname = \"step\"\nsize = [0.3, 0.3, 0.05]\nat = " + at);
+  };
+  EXPECT_EQ(step("[0, 0, -0.0245]"), "accepted");
+  EXPECT_NE(step("[0, 0, -0.0225]").find("inside \"step\""), std::string::npos);
+}
+
+/// Of a mistake the one word that matters; the rest can still be judged.
+TEST(SkillFile, EachMistakeIsSaidAndNoOther) {
+  const auto count = [](const std::string& text, const std::string& word) {
+    int n = 0;
+    for (size_t at = 0; (at = text.find(word, at)) != std::string::npos; ++at) ++n;
+    return n;
+  };
+  const std::string nod = kNod;
+  const auto only = [&](const std::string& text, const std::string& words) {
+    const std::string said = mistakes(text);
+    EXPECT_NE(said.find(words), std::string::npos) << words << "\n" << said;
+    EXPECT_EQ(count(said, "test.toml:"), 1) << said;
+  };
+  const auto with = [&](const std::string& from, const std::string& to, const std::string& words) {
+    only(replaced(nod, from, to), words);
+  };
+  only(nod + "[scene]\nfriction = -0.1\n", "\"friction\": expected a number >= 0");
+  only(nod + "[scene]\nrolling_friction = -0.1\n", "\"rolling_friction\": expected");
+  only(nod + "[scene]\ncompliance = 1e-4\n", "\"compliance\" 0.0001 s");
+  only("time_step = 1" + nod, "\"time_step\": expected seconds in");
+  with("\"bioloid-gp\"", "\"bioloid\"", "no robot \"bioloid\"");
+  with("robot = \"bioloid-gp\"\n", "", "\"robot\" is missing");
+  with("name = \"hold\"", "name = \"bend\"", "\"bend\": two phases have this name");
+  with("until = \"phase_time >= 0.1\"\n", "",
+       "phase \"bend\": \"until\" is missing: expected the condition that begins \"hold\"");
+  with("of = \"com.z\", ", "", "measure \"highest\": \"of\" is missing");
+  with("when = \"com.z < 0.1\"\n", "", "failure \"fall\": \"when\" is missing");
+  with("cost = \"10 * fall\"", "", "objective \"fall\": \"cost\" is missing");
+  with("hip = 0.05", "l_shoulderr = 0.05", "Did you mean \"l_shoulder\"?");
+  with("hip = 0.05", "hip = inf", "expected a finite number");
+  with("hip = 0.05", "hip = [1]", "expected a number or an expression, got");
+  with("[parameters]", "hip = \"lean\"\n[parameters]", "the start is the same in every trial");
+  // What may be named where.
+  with("2 * lean", "2 * time", "nothing here is named \"time\"");
+  with("2 * lean", "com.z", "nothing here is named \"com.z\"");
+  with("2 * lean", "bent", "nothing here is named \"bent\"");
+  with("phase_time >= 0.1", "bent > 0", "nothing here is named \"bent\"");
+  with("10 * fall", "com.z", "nothing here is named \"com.z\"");
+  with("10 * fall", "phase_time", "nothing here is named \"phase_time\"");
+  for (const char* known : {"pi", "task", "horizon", "lean"}) {
+    for (const char* place : {"2 * lean", "phase_time >= 0.1", "10 * fall"}) {
+      EXPECT_EQ(mistakes(replaced(nod, place, known)), "accepted") << known << " for " << place;
+    }
+  }
+  for (const char* known : {"time", "fall + bent"}) {
+    EXPECT_EQ(mistakes(replaced(nod, "10 * fall", known)), "accepted");
+  }
+  // A force has three parts and a body that there is.
+  const auto force = [&](const std::string& row) {
+    return replaced(nod, "name = \"hold\"\n", "name = \"hold\"\nforce = [{ " + row + " }]\n");
+  };
+  EXPECT_EQ(mistakes(force("bodies = [\"l_hand\"], force = [1, 2, \"lean\"]")), "accepted");
+  for (const char* wrong : {"", ", force = 1", ", force = [1, 2]", ", force = [1, 2, 3, 4]"}) {
+    only(force("bodies = [\"l_hand\"]" + std::string(wrong)), "expected a list of 3 numbers");
+  }
+  only(force("bodies = [\"l_hnad\"], force = [1, 2, 3]"), "Did you mean \"l_hand\"?");
+  const size_t objectives = nod.find("[[objective]]");
+  only(nod.substr(0, objectives), "[[objective]]: expected at least one term");
+  std::string no_phases = nod;
+  no_phases.erase(no_phases.find("[[phase]]"),
+                  no_phases.find("[measures]") - no_phases.find("[[phase]]"));
+  only(replaced(no_phases, ", during = [\"bend\"]", ""), "[[phase]]: expected at least one phase");
+}
+
+TEST(SkillFile, WhatIsLeftOutHasItsDefault) {
+  const auto skill = fromText(
+      replaced(kNod, "default = 0.1\nrange = [0, 1]\ntolerance = 0.01\nachieved = \"bent\"\n", "") +
+      "[[scene.box]]\nname = \"crate\"\nsize = [1, 1, 1]\nat = [5, 0, 2]\n"
+      "[[scene.wall]]\nname = \"wall\"\nat = [9, 0, 0]\nwidth = 2\nheight = 3\n");
+  const Skill& s = *skill;
+  EXPECT_EQ(std::vector<double>({s.task.initial, s.task.min, s.task.max, s.task.tolerance}),
+            std::vector<double>(4, 0.0));
+  EXPECT_EQ(s.task.name, "task");
+  EXPECT_TRUE(std::isnan(Runner(skill).run(VectorXd::Zero(1), 0).achieved));
+  sim::World world(s.model);
+  world.reset(s.start);
+  const sim::BodyId crate = s.model->body("crate");
+  EXPECT_TRUE(s.model->isStatic(crate));
+  EXPECT_TRUE(world.snapshot().bodyRotation(crate).isIdentity(1e-12));
+  EXPECT_LT(world.snapshot().bodyPosition(s.model->body("wall")).x(), 9);  // its face looks at +x
+  const auto ranged = fromText(replaced(kNod, "default = 0.1\nrange = [0, 1]", "range = [0.2, 1]"));
+  EXPECT_EQ(ranged->task.initial, 0.2);
+
+  const control::StablePd usual = control::defaultController(s.model);
+  for (const char* key : {"kp", "kd", "torque_limit", "speed_limit"}) {
+    const auto some = fromText(
+        replaced(kNod, "[parameters]", "[controller]\n" + std::string(key) + " = 1\n[parameters]"));
+    control::StablePd pd = controllerOf(*some);
+    control::StablePd base = usual;
+    const std::string changed = key;
+    EXPECT_EQ(pd.gains()[0].kp, changed == "kp" ? 1 : base.gains()[0].kp);
+    EXPECT_EQ(pd.gains()[0].kd, changed == "kd" ? 1 : base.gains()[0].kd);
+    EXPECT_EQ(pd.limits()[0].torque, changed == "torque_limit" ? 1 : base.limits()[0].torque);
+    EXPECT_EQ(pd.limits()[0].speed, changed == "speed_limit" ? 1 : base.limits()[0].speed);
+  }
+}
+
+TEST(SkillFile, MoreRowsThanAnyoneWritesEndTheReading) {
+  const std::string nod = kNod;
+  const auto rows = [](int count, const std::string& before, const std::string& after) {
+    std::string text;
+    for (int i = 0; i < count; ++i) text += before + std::to_string(i) + after;
+    return text;
+  };
+  const auto parameters = [&](int more) {
+    return mistakes(replaced(nod, "[parameters]\n",
+                             "[parameters]\n" + rows(more, "p", " = { range = [0, 1] }\n")));
+  };
+  EXPECT_EQ(parameters(499), "accepted");
+  EXPECT_NE(parameters(500).find("501 parameters: expected at most 500"), std::string::npos);
+  const auto refused = [](const std::string& text, const std::string& words) {
+    const std::string said = mistakes(text);
+    EXPECT_NE(said.find(words + ": expected at most"), std::string::npos) << said.substr(0, 300);
+  };
+  refused(replaced(nod, "[measures]\n",
+                   "[measures]\n" + rows(498, "m", " = { of = \"time\", take = \"max\" }\n")),
+          "501 measures");
+  refused(nod + rows(500, "[[failure]]\nname = \"f", "\"\nwhen = \"time < 0\"\n"), "501 failures");
+  refused(nod + rows(499, "[[phase]]\nname = \"p", "\"\n"), "501 phases");
+  refused(nod + rows(501, "[[scene.box]]\nname = \"b", "\"\nsize = [1, 1, 1]\nat = [5, 0, 0]\n"),
+          "501 props");
+  const auto terms = [&](int count) {
+    return nod + rows(count, "[[objective]]\nname = \"o", "\"\ncost = \"fall\"\n");
+  };
+  const int ours =
+      9;  // of the nod: a target, two conditions, three measures, two costs, "achieved"
+  refused(terms(5001 - ours), "the 5001. expression");
+  EXPECT_EQ(mistakes(terms(5000 - ours)), "accepted");
+}
+
+/// Beside the file, above it, in $TRACEUR_DATA and in the working folder.
+TEST(SkillFile, RobotsAreFoundByPathOrName) {
+  const TestFolder folder;
+  const auto robot = [&](const std::string& path) {
+    std::filesystem::create_directories(folder / path);
+    std::ofstream(folder / path / "robot.toml") << "name = \"r\"\n";
+    return folder / path / "robot.toml";
+  };
+  const auto above = robot("models/zebra");
+  const auto beside = robot("a/models/ant");
+  const auto elsewhere = robot("data/models/mole");
+  const auto from = folder / "a/b";
+  std::filesystem::create_directories(from);
+  EXPECT_EQ(findRobot("zebra", from), above);
+  EXPECT_EQ(findRobot("ant", from), beside);
+  EXPECT_EQ(findRobot("../models/ant/robot.toml", from), from / "../models/ant/robot.toml");
+  EXPECT_EQ(findRobot(above.string(), from), above);
+  EXPECT_EQ(findRobot("bioloid-gp", from),
+            std::filesystem::absolute("models/bioloid-gp/robot.toml"));
+  EXPECT_EQ(findRobot("bioloid-gp", ""), std::filesystem::absolute("models/bioloid-gp/robot.toml"));
+  EXPECT_THROW(findRobot("mole", from), InputError);
+  setenv("TRACEUR_DATA", (folder / "data").c_str(), 1);
+  EXPECT_EQ(findRobot("mole", from), elsewhere);
+  try {
+    findRobot("moles", from);
+    FAIL() << "found";
+  } catch (const InputError& e) {
+    const std::string said = e.what();  // each once, in order
+    EXPECT_NE(said.find("one of: ant, atlas, bioloid-gp, mole, zebra. Did you mean \"mole\"?"),
+              std::string::npos)
+        << said;
+  }
+  unsetenv("TRACEUR_DATA");
+}
+
+TEST(SkillFile, APosesRootIsThatOfTheStart) {
+  const auto pitch = [](const Skill& s) {
+    sim::World world(s.model);
+    world.reset(s.start);
+    const auto R = world.snapshot().bodyRotation(s.model->body("torso"));
+    return std::atan2(R(0, 2), R(2, 2));
+  };
+  const auto with = [](const std::string& base) {
+    return fromText(replaced(kNod, "base = \"stand\"\n[parameters]", base + "[parameters]"));
+  };
+  EXPECT_NEAR(pitch(*with("base = \"crouch\"\n")), 0.2895, 1e-9);
+  EXPECT_NEAR(pitch(*with("base = \"stand\"\n")), 0, 1e-9);
+  const auto zero = with("hip = \"2 * 0.1\"\n");
+  EXPECT_NEAR(pitch(*zero), 0, 1e-9);
+  EXPECT_EQ(zero->start.q[zero->model->joint("l_hip").q], 0.2);
+  EXPECT_EQ(zero->start.q[zero->model->joint("r_hip").q], -0.2);
+  EXPECT_EQ(zero->start.q[zero->model->joint("l_shin").q], 0);
 }
 
 TEST(SkillFile, MirroredNamesTurnOppositeWhereTheRobotSaysSo) {
@@ -836,6 +1061,289 @@ TEST(Rollout, WrongParametersAreRefused) {
   Runner runner(skill);
   EXPECT_THROW(runner.run(VectorXd::Zero(2), 0), InputError);
   EXPECT_THROW(runner.run(VectorXd::Constant(1, NAN), 0), InputError);
+}
+
+const VectorXd kLean = VectorXd::Constant(1, 0.3);
+
+Eigen::Index indexOf(const Skill& skill, const std::string& joint) {
+  const auto& joints = skill.model->joints();
+  return std::find_if(joints.begin(), joints.end(), [&](auto& j) { return j.name == joint; }) -
+         joints.begin();
+}
+
+/// What a joint is told at each step.
+std::vector<double> told(const Skill& skill, const std::string& joint, double task = 0.1) {
+  std::vector<double> targets;
+  Runner(std::make_shared<const Skill>(skill))
+      .run(kLean, task, nullptr, [&](double, int, const control::JointTarget& target) {
+        targets.push_back(target.q[indexOf(skill, joint)]);
+      });
+  return targets;
+}
+
+TEST(Rollout, TargetsMoveEvenlyFromWhereTheLastPhaseLeftThem) {
+  std::string text = replaced(kNod, "base = \"stand\"\n[parameters]",
+                              "base = \"stand\"\nshoulder = 0.4\n[parameters]");
+  text = replaced(text, "until = ", "blend = 0.2\nuntil = ");
+  text =
+      replaced(text, "pose = { base = \"previous\" }", "pose = { base = \"stand\" }\nblend = 0.05");
+  const std::vector<double> targets = told(*fromText(text), "l_shoulder");
+  ASSERT_EQ(targets.size(), 200U);
+  const double left = 0.4 + 0.099 / 0.2 * (0.6 - 0.4);  // at the last step of the first phase
+  for (int i = 0; i < 200; ++i) {
+    const double t = 0.001 * i;
+    const double expected =
+        i < 100 ? 0.4 + t * (0.6 - 0.4) / 0.2 : left * (1 - std::min(1.0, (t - 0.1) / 0.05));
+    EXPECT_NEAR(targets[i], expected, 1e-12) << i;
+  }
+}
+
+TEST(Rollout, FeedbackAddsWhatItSensesWithItsSignInItsPhases) {
+  for (const char* axis : {"x", "y", "z"}) {
+    const std::string signal = "com_velocity." + std::string(axis);
+    std::string text =
+        replaced(kNod, "[measures]\n",
+                 "[[feedback]]\njoints = [\"l_shoulder\", \"hip\"]\nadd = \"" + signal +
+                     "\"\nduring = [\"hold\"]\n[measures]\nseen = { of = \"" + signal +
+                     "\", take = \"integral\", during = [\"hold\"] }\n");
+    const auto skill = fromText(text);
+    const double seen = Runner(skill).run(kLean, 0.1).measures[0];
+    EXPECT_NE(seen, 0);
+    const struct {
+      const char* joint;
+      double base, sign;
+    } joints[] = {{"l_shoulder", 0.6, 1}, {"l_hip", 0.05, 1}, {"r_hip", -0.05, -1}};
+    for (const auto& [joint, base, sign] : joints) {
+      double sum = 0;
+      const std::vector<double> targets = told(*skill, joint);
+      for (int i = 0; i < 100; ++i) EXPECT_EQ(targets[i], base);
+      for (int i = 100; i < 200; ++i) sum += 0.001 * (targets[i] - base);
+      EXPECT_NEAR(sum, sign * seen, 1e-14) << joint << axis;
+    }
+  }
+}
+
+/// What a seed gave once it gives for ever; tasks differ, and nobody draws for what is not there.
+TEST(Rollout, NoiseOfASeedStaysWhatItIs) {
+  Disturbance d;
+  d.seed = 5;
+  d.encoder_noise = 1e-3;
+  const auto with = [](const std::string& text, const Disturbance& how) {
+    return Skill::fromText(text, "skills/bioloid-gp/nod.toml", how);
+  };
+  const auto blurred = with(kNod, d);
+  const auto nod = fromText(kNod);
+  std::vector<VectorXd> exact;
+  Runner(nod).run(kLean, 0.1, nullptr, [&](double, int, const control::JointTarget& target) {
+    exact.push_back(target.q);
+  });
+  for (const double task : {0.1, 0.7}) {
+    Random noise(5, std::bit_cast<std::uint64_t>(task));
+    size_t step = 0;
+    Runner(blurred).run(kLean, task, nullptr, [&](double, int, const control::JointTarget& target) {
+      for (Eigen::Index j = 0; j < target.q.size(); ++j) {
+        EXPECT_EQ(target.q[j], exact[step][j] - 1e-3 * noise.normal());
+      }
+      ++step;
+    });
+    EXPECT_EQ(step, 200U);
+  }
+  // The trial that is scored for many tasks has the noise of the first.
+  const SkillProblem family(blurred, VectorXd(VectorXd::LinSpaced(3, 0, 1)));
+  EXPECT_EQ(family.evaluate(kLean).task_costs[0], SkillProblem(blurred, 0).evaluate(kLean).cost);
+
+  d.velocity_noise = 0.01;  // which nothing reads
+  const std::uint64_t hash = Runner(blurred).run(kLean, 0.1).hash;
+  EXPECT_EQ(Runner(with(kNod, d)).run(kLean, 0.1).hash, hash);
+  d.velocity_noise = 0;
+  const std::string idle =
+      replaced(kNod, "[measures]",
+               "[[feedback]]\njoints = [\"hip\"]\nadd = \"0 * com_velocity.x\"\n[measures]");
+  EXPECT_EQ(Runner(with(idle, d)).run(kLean, 0.1).hash, hash);
+
+  d.encoder_noise = 0;
+  d.velocity_noise = 0.01;
+  std::string text = replaced(kNod, "horizon = 0.2", "horizon = 0.002");
+  std::string rows;
+  const std::vector<std::string> joints = {"l_shoulder", "r_shoulder", "l_arm"};
+  for (int i = 0; i < 3; ++i) {
+    rows +=
+        "[[feedback]]\njoints = [\"" + joints[i] + "\"]\nadd = \"com_velocity." + "xyz"[i] + "\"\n";
+  }
+  rows += "[measures]\n";
+  for (const char axis : std::string("xyz")) {
+    rows += std::string("v") + axis + " = { of = \"com_velocity." + axis +
+            "\", take = \"integral\" }\n";
+  }
+  const auto sensing = with(replaced(text, "[measures]\n", rows), d);
+  Random noise(5, std::bit_cast<std::uint64_t>(0.1));
+  const std::vector<double> moved = Runner(sensing).run(kLean, 0.1).measures;  // in the second step
+  for (int step = 0; step < 2; ++step) {
+    for (int i = 0; i < 3; ++i) {
+      const double base = i < 2 ? 0.6 : 0;
+      const double velocity = step == 0 ? 0 : moved[i] / 0.001;
+      EXPECT_NEAR(told(*sensing, joints[i])[step], base + velocity + 0.01 * noise.normal(), 1e-12);
+    }
+  }
+}
+
+TEST(Rollout, ADelayOfStepsIsThatManySteps) {
+  const std::string text = "time_step = 0.01" + std::string(kNod) + "[scene]\ncompliance = 0.02\n";
+  const auto torques = [&](double delay, double lean) {
+    Disturbance d;
+    d.delay = delay;
+    Runner runner(Skill::fromText(text, "skills/bioloid-gp/nod.toml", d));
+    sim::Recording recording;  // a frame a step
+    std::vector<VectorXd> all;
+    for (int again = 0; again < 2; ++again) {
+      runner.run(VectorXd::Constant(1, lean), 0.1, &recording);
+      EXPECT_EQ(recording.frames.size(), 21U);
+      std::vector<VectorXd> now;
+      for (const sim::Frame& f : recording.frames) now.push_back(f.torque);
+      if (again > 0) {
+        EXPECT_EQ(now, all);
+      }
+      all = now;
+    }
+    return all;
+  };
+  const auto prompt = torques(0, 0.3);
+  EXPECT_TRUE(prompt[0].isZero(0));
+  for (const int steps : {1, 3}) {
+    const auto late = torques(0.01 * steps, 0.3);
+    const auto other = torques(0.01 * steps, -0.2);
+    // Until the first answer, the torque that holds the start, whatever is asked for.
+    for (int i = 0; i <= steps; ++i) {
+      EXPECT_EQ(late[i], late[0]);
+      EXPECT_EQ(late[i], other[i]);
+    }
+    EXPECT_FALSE(late[0].isZero(0));
+    EXPECT_EQ(late[steps + 1], prompt[1]);
+  }
+}
+
+TEST(Rollout, ItsFingerprintIsOfItsFramesAndItsEnd) {
+  const auto hash_of = [](const sim::Recording& recording) {
+    Hash hash;
+    for (const sim::Frame& f : recording.frames) {
+      hash.add({f.state.q.data(), static_cast<size_t>(f.state.q.size())});
+      hash.add({f.state.v.data(), static_cast<size_t>(f.state.v.size())});
+    }
+    return hash.value();
+  };
+  sim::Recording recording;
+  const Rollout whole = Runner(fromText(kNod)).run(kLean, 0.1, &recording);
+  EXPECT_EQ(whole.hash, hash_of(recording));
+  EXPECT_EQ(recording.phases, std::vector<std::string>({"bend", "hold"}));
+  EXPECT_FALSE(recording.mjcf.empty());
+
+  const std::string stopping =
+      replaced(kNod, "horizon = 0.2", "horizon = 0.2\nstop = \"time > 0.1045\"");
+  const Rollout stopped = Runner(fromText(stopping)).run(kLean, 0.1, &recording);
+  EXPECT_EQ(stopped.ended, "stop");
+  EXPECT_FALSE(stopped.failed());
+  EXPECT_NEAR(stopped.time, 0.105, 1e-12);
+  EXPECT_EQ(recording.frames.size(), 11U);
+  EXPECT_EQ(recording.phases.size(), 2U);
+  EXPECT_NE(stopped.hash, hash_of(recording));  // the end lies between frames
+  // A failure at the same time is what counts.
+  const Rollout failed =
+      Runner(fromText(replaced(stopping, "com.z < 0.1", "time > 0.1045"))).run(kLean, 0.1);
+  EXPECT_EQ(failed.ended, "fall");
+  EXPECT_EQ(failed.terms[1], 10);
+  EXPECT_EQ(failed.cost, failed.terms[0] + failed.terms[1]);
+  EXPECT_EQ(failed.hash, stopped.hash);
+
+  // Steps longer than a frame's interval have a frame each.
+  const std::string coarse =
+      "time_step = 0.02" + std::string(kNod) + "[scene]\ncompliance = 0.04\n";
+  Runner(fromText(coarse)).run(kLean, 0.1, &recording);
+  EXPECT_EQ(recording.frames.size(), 11U);
+}
+
+TEST(Rollout, FailuresCountInTheirPhasesAndTheFirstIsNamed) {
+  const std::string two = replaced(
+      kNod, "[[failure]]\n",
+      "[[failure]]\nname = \"never\"\nwhen = \"time > 9\"\n[[failure]]\nname = \"second\"\n"
+      "when = \"time >= 0\"\nduring = [\"hold\"]\n[[failure]]\nname = \"third\"\n"
+      "when = \"time > 0.05\"\nduring = [\"hold\"]\n[[failure]]\n");
+  const Rollout r = Runner(fromText(two)).run(kLean, 0.1);
+  EXPECT_EQ(r.ended, "second");
+  EXPECT_NEAR(r.time, 0.1, 1e-12);
+  EXPECT_EQ(r.violated, std::vector<bool>({false, true, true, false}));
+}
+
+TEST(Rollout, ARunnerKeepsNothingOfARun) {
+  std::string rows = "[measures]\n";
+  for (const char* take : {"first", "last", "min", "max", "mean", "integral"}) {
+    rows +=
+        std::string(take) + "_of = { of = \"joint.l_shoulder - 0.1\", take = \"" + take + "\" }\n";
+  }
+  std::string text = replaced(kNod, "[measures]\n", rows);
+  text = replaced(text, "com.z < 0.1", "joint.l_shoulder > 0.5");
+  const auto skill = fromText(text);
+  Runner used(skill);
+  sim::Recording recording, fresh;
+  const Rollout failed = used.run(VectorXd::Constant(1, 0.9), 0.2, &recording);
+  EXPECT_TRUE(failed.violated[0]);
+  const Rollout again = used.run(VectorXd::Constant(1, -0.1), 0.1, &recording);
+  const Rollout first = Runner(skill).run(VectorXd::Constant(1, -0.1), 0.1, &fresh);
+  EXPECT_FALSE(again.failed());
+  EXPECT_EQ(again.hash, first.hash);
+  EXPECT_EQ(again.cost, first.cost);
+  EXPECT_EQ(again.measures, first.measures);
+  EXPECT_EQ(recording.phases, fresh.phases);
+  ASSERT_EQ(recording.frames.size(), fresh.frames.size());
+  for (size_t i = 0; i < fresh.frames.size(); ++i) {
+    EXPECT_EQ(recording.frames[i].torque, fresh.frames[i].torque) << i;
+  }
+}
+
+/// The feet touch nothing at the start: what has no value then is measured from when it has.
+TEST(Rollout, MeasuresPassOverWhatHasNoValue) {
+  std::string rows = "[measures]\nat_once = { of = \"0 * cop.x + time\", take = \"first\" }\n";
+  for (const char* take : {"first", "last", "min", "max", "mean", "integral"}) {
+    rows += std::string(take) + "_of = { of = \"cop.x\", take = \"" + take + "\" }\n";
+  }
+  const auto measures =
+      Runner(fromText(replaced(kNod, "[measures]\n", rows))).run(kLean, 0.1).measures;
+  EXPECT_GT(measures[0], 0);
+  for (const double m : measures) EXPECT_TRUE(std::isfinite(m));
+  EXPECT_LE(measures[3], measures[5]);
+  EXPECT_LE(measures[5], measures[4]);
+}
+
+TEST(Rollout, AForceIsWithinTheMotorsLimitsUnlessTheyDoNotCount) {
+  const auto most = [](const std::string& limited, double lean) {
+    const auto skill = fromText(
+        replaced(kNod, "name = \"bend\"\npose",
+                 "name = \"bend\"\n" + limited +
+                     "force = [{ bodies = [\"l_hand\"], force = [0, 0, \"50 * lean\"] }]\npose"));
+    sim::Recording recording;
+    Runner(skill).run(VectorXd::Constant(1, lean), 0.1, &recording);
+    return recording.frames[1].torque.cwiseAbs().maxCoeff();
+  };
+  EXPECT_LE(most("", 1), 0.6 + 1e-9);
+  EXPECT_GT(most("limited = false\n", 1), 1);
+}
+
+TEST(SkillProblem, RefusesTasksThatAreAllOneAndScoresNoneOfATrialThatDiverged) {
+  const VectorXd tasks = VectorXd::LinSpaced(3, 0, 1);
+  const std::string same = replaced(kNod, "(bent - task)^2", "bent^2");
+  EXPECT_THROW(SkillProblem(fromText(same), tasks), InputError);
+  EXPECT_THROW(
+      SkillProblem(fromText(replaced(same, "achieved = \"bent\"", "achieved = \"bent - task\"")),
+                   tasks),
+      InputError);
+  const std::string wild = replaced(kNod, "pose = { base = \"previous\" }",
+                                    "limited = false\npose = {}\nforce = [{ bodies = [\"l_hand\"], "
+                                    "force = [0, 0, \"1e12 * lean\"] }]");
+  const SkillProblem problem(fromText(wild), tasks);
+  const optim::Evaluation e = problem.evaluate(VectorXd::Ones(1));
+  EXPECT_TRUE(e.failed);
+  EXPECT_TRUE(e.task_costs.empty());
+  EXPECT_EQ(problem.constraints(), std::vector<std::string>({"fall"}));
+  EXPECT_EQ(problem.evaluate(VectorXd::Zero(1)).task_costs.size(), 3U);
 }
 
 }  // namespace
