@@ -7,6 +7,7 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <optional>
 
 #include "traceur/control/expression.h"
 #include "traceur/control/signals.h"
@@ -62,6 +63,14 @@ struct Verdict {
     return unknown ? std::numeric_limits<double>::quiet_NaN() : of.value();
   }
 };
+
+/// The index of the row of this name, if there is one.
+std::optional<Eigen::Index> placeOf(const auto& rows, const std::string& name) {
+  const auto at =
+      std::find_if(rows.begin(), rows.end(), [&](const auto& row) { return row.name == name; });
+  if (at == rows.end()) return std::nullopt;
+  return at - rows.begin();
+}
 
 }  // namespace
 
@@ -170,9 +179,7 @@ struct Runner::Impl {
   }
 
   const double* find(Scope scope, const std::string& name) {
-    for (size_t i = 0; i < skill->parameters.size(); ++i) {
-      if (skill->parameters[i].name == name) return &parameters[static_cast<Eigen::Index>(i)];
-    }
+    if (const auto i = placeOf(skill->parameters, name)) return &parameters[*i];
     if (name == "task") {
       task_moves = task_moves || scope != Scope::kVerdict;
       return &task;
@@ -183,12 +190,8 @@ struct Runner::Impl {
     if (scope == Scope::kRunning) {
       return name == "phase_time" ? &phase_time : signals.find(name);
     }
-    for (size_t i = 0; i < skill->measures.size(); ++i) {
-      if (skill->measures[i].name == name) return &measures[i].value;
-    }
-    for (size_t i = 0; i < skill->failures.size(); ++i) {
-      if (skill->failures[i].name == name) return &failed[i];
-    }
+    if (const auto i = placeOf(skill->measures, name)) return &measures[*i].value;
+    if (const auto i = placeOf(skill->failures, name)) return &failed[*i];
     return nullptr;
   }
 
