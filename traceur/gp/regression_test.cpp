@@ -249,6 +249,11 @@ TEST(Gp, RefusesWhatMakesNoSense) {
   EXPECT_NE(message(wide, 4 + 1e-9).find("with sample 4: it is nearest to sample 2, 5e-10 lengths"),
             std::string::npos)
       << message(wide, 4 + 1e-9);
+  Regression two({point(2), 1, 0}, 1);
+  EXPECT_EQ(message(two, 0), "");
+  EXPECT_NE(message(two, 1e-9).find("with sample 2: it is nearest to sample 1, 5e-10 lengths"),
+            std::string::npos)
+      << message(two, 1e-9);
   Regression tiny({point(2), 1e-200, 0}, 1);  // its square is 0
   EXPECT_NE(message(tiny, 0).find("with sample 1: it is nearest to sample 1, 0 lengths"),
             std::string::npos)

@@ -774,6 +774,16 @@ TEST(SkillFile, MistakesInPropsStandAtTheirLines) {
       << m;
   EXPECT_EQ(m.find("fine"), std::string::npos) << m;
   EXPECT_EQ(m.find("\"robot\""), std::string::npos) << m;
+  // A robot that cannot be had, or is none, is no prop's mistake.
+  const TestFolder folder;
+  std::ofstream(folder / "broken.xml") << "<mujoco><worldbody><body></worldbody></mujoco>";
+  for (const std::string& robot : {std::string("bioloid"), (folder / "broken.xml").string()}) {
+    const std::string said = mistakes(replaced(text, "bioloid-gp", robot) +
+                                      "[[scene.box]]\nname = \"fine\"\nsize = [1, 1, 1]\n"
+                                      "at = [5, 0, 0]\n");
+    EXPECT_NE(said.find("test.toml:3:9: \"robot\": "), std::string::npos) << said;
+    EXPECT_EQ(said.find("test.toml:", said.find("test.toml:") + 1), std::string::npos) << said;
+  }
 }
 
 TEST(SkillFile, TheRobotDoesNotBeginInsideAProp) {
