@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -566,7 +567,7 @@ TEST(SkillFile, MoreRowsThanAnyoneWritesEndTheReading) {
   const std::string nod = kNod;
   const auto rows = [](int count, const std::string& before, const std::string& after) {
     std::string text;
-    for (int i = 0; i < count; ++i) text += before + std::to_string(i) + after;
+    for (int i = 0; i < count; ++i) text += fmt::format("{}{}{}", before, i, after);
     return text;
   };
   const auto parameters = [&](int more) {
@@ -1136,11 +1137,15 @@ TEST(Rollout, TargetsMoveEvenlyFromWhereTheLastPhaseLeftThem) {
 TEST(Rollout, FeedbackAddsWhatItSensesWithItsSignInItsPhases) {
   for (const char* axis : {"x", "y", "z"}) {
     const std::string signal = "com_velocity." + std::string(axis);
-    std::string text =
-        replaced(kNod, "[measures]\n",
-                 "[[feedback]]\njoints = [\"l_shoulder\", \"hip\"]\nadd = \"" + signal +
-                     "\"\nduring = [\"hold\"]\n[measures]\nseen = { of = \"" + signal +
-                     "\", take = \"integral\", during = [\"hold\"] }\n");
+    const std::string rows = fmt::format(R"([[feedback]]
+joints = ["l_shoulder", "hip"]
+add = "{0}"
+during = ["hold"]
+[measures]
+seen = {{ of = "{0}", take = "integral", during = ["hold"] }}
+)",
+                                         signal);
+    const std::string text = replaced(kNod, "[measures]\n", rows);
     const auto skill = fromText(text);
     const double seen = Runner(skill).run(kLean, 0.1).measures[0];
     EXPECT_NE(seen, 0);
