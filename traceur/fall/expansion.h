@@ -11,8 +11,8 @@ namespace traceur::fall {
 
 /// All that may happen next, without what a fall that stops by itself makes needless.
 struct Expansion {
-  bool stops = false;  ///< some ṙ₁ ends the fall without another contact
-  std::vector<PlannedContact> contacts;
+  bool stops = false;                    ///< some ṙ₁ ends the fall without another contact
+  std::vector<PlannedContact> contacts;  ///< none where it stops
 };
 
 /// Tries every action; fills `out`, whose memory is used again.

@@ -94,7 +94,7 @@ ContactGraph readGraph(const TomlReader& reader, const sim::Robot& robot) {
 FallSetup::QuicknessChange readQuickness(const TomlReader& reader) {
   const auto read = [&](const char* key, bool zero, const char* unit) -> std::optional<double> {
     if (!reader.has(key)) return std::nullopt;
-    const double value = reader.number(key, 1);
+    const double value = reader.number(key);
     if (!(zero ? value >= 0 : value > 0)) {
       reader.fail(key, fmt::format("\"{}\": expected {} 0{}", key, zero ? "≥" : ">", unit));
     }
@@ -254,20 +254,20 @@ FallRobot FallRobot::fromFile(const std::filesystem::path& file) {
     }
     ranges.finish();
   }
-  falls.tracking.damping = reader.number("damping", 1);
-  if (reader.has("rest_stiffness")) {
-    falls.tracking.rest_stiffness = reader.number("rest_stiffness");
-  }
-  falls.tracking.rest_damping = reader.number("rest_damping", falls.tracking.damping);
-  falls.tracking.support = reader.number("support", 0);
-  falls.tracking.ramp = reader.number("ramp", 0.8);
-  falls.tracking.rest_height = reader.number("rest_height", 0.9);
-  for (const char* factor :
-       {"damping", "rest_stiffness", "rest_damping", "support", "ramp", "rest_height"}) {
-    if (!(reader.number(factor, 1) >= 0)) {
-      reader.fail(factor, fmt::format("\"{}\": expected a factor ≥ 0", factor));
+  const auto factor = [&](const char* key, double otherwise) {
+    const double value = reader.number(key, otherwise);
+    if (reader.has(key) && !(value >= 0)) {
+      reader.fail(key, fmt::format("\"{}\": expected a factor ≥ 0", key));
     }
-  }
+    return value;
+  };
+  FallTracking& tracking = falls.tracking;
+  tracking.damping = factor("damping", tracking.damping);
+  if (reader.has("rest_stiffness")) tracking.rest_stiffness = factor("rest_stiffness", {});
+  tracking.rest_damping = factor("rest_damping", tracking.damping);
+  tracking.support = factor("support", tracking.support);
+  tracking.ramp = factor("ramp", tracking.ramp);
+  tracking.rest_height = factor("rest_height", tracking.rest_height);
   for (const TomlReader& row : reader.tables("fall")) {
     FallSetup setup{read_pose(row, "stance"), row.string("direction"),
                     readGraph(row.table("graph"), robot), changed(quick, readQuickness(row))};

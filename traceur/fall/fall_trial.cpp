@@ -101,19 +101,24 @@ constexpr double kLift = 1.5;
 /// Follows a plan's stages, and asks for another plan where it does not go as planned.
 class Follower {
  public:
-  Follower(const SagittalBody& body, const FallTracking& tracking, FallSimulator::Plan plan)
-      : body_(&body), model_(body.model()), tracking_(tracking), plan_(std::move(plan)) {}
+  /// Made when the fall is noticed.
+  /// @param before  the joints' targets until then
+  Follower(const SagittalBody& body, const FallTracking& tracking, FallSimulator::Plan plan,
+           const sim::World& world, const control::JointTarget& before)
+      : body_(&body),
+        model_(body.model()),
+        tracking_(tracking),
+        plan_(std::move(plan)),
+        noticed_(world.snapshot().time()),
+        begun_(noticed_),
+        asked_(noticed_),
+        target_(before) {
+    ask(world.snapshot(), world.state());
+  }
 
   /// The joints' targets now.
-  /// @param pose    the world's
-  /// @param before  the targets before the fall was noticed
-  control::JointTarget target(const sim::Snapshot& s, const sim::State& pose,
-                              const control::JointTarget& before) {
-    if (begun_ < 0) {
-      noticed_ = begun_ = asked_ = s.time();
-      from_ = target_ = before;
-      ask(s, pose);
-    }
+  /// @param pose  the world's
+  control::JointTarget target(const sim::Snapshot& s, const sim::State& pose) {
     if (stage_ < motion_.stages.size()) {
       const FallMotion::Stage& stage = motion_.stages[stage_];
       const double late = std::max(tracking_.least_wait, tracking_.late * stage.duration);
@@ -207,8 +212,8 @@ class Follower {
   /// Whether the extrapolated COM is past the node it should turn about.
   bool falling(const sim::Snapshot& s) const {
     const Vector2d com = body_->com(s);
-    return com.y() > 0 && com.x() + body_->comVelocity(s).x() * std::sqrt(com.y() / 9.81) >
-                              body_->node(s, node_).x();
+    return com.x() + body_->comVelocity(s).x() * std::sqrt(com.y() / 9.81) >
+           body_->node(s, node_).x();
   }
 
   bool touches(const sim::Snapshot& s, const FallMotion::Stage& stage) const {
@@ -232,9 +237,9 @@ class Follower {
   int made_ = 0;  // stages ended
   int node_ = 0;  // the last that touched
   std::vector<int> made_nodes_ = {0};
-  double noticed_ = 0;
-  double begun_ = -1;  // the stage, or the way to rest
-  double asked_ = -1;
+  double noticed_;
+  double begun_;  // the stage, or the way to rest
+  double asked_;
   double ramp_ = 0;
   control::JointTarget from_, target_;
   std::vector<control::JointTarget> way_;
@@ -421,7 +426,7 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
         trial.start = {0, 0, body_.pendulum(s, 0)};
         pivot = body_.node(s, 0).x();
         if (strategy == Strategy::kPlanned) {
-          follower.emplace(body_, tracking, plan);
+          follower.emplace(body_, tracking, plan, world, held);
         }
       } else if (k > patience) {
         break;
@@ -445,7 +450,7 @@ FallTrial FallSimulator::run(const Push& push, Strategy strategy, const Plan& pl
         pd.addTorque(s, tuck, tau);
         break;
       case Strategy::kPlanned:
-        goal = follower->target(s, world.state(), held);
+        goal = follower->target(s, world.state());
         for (size_t i = 0; i < gains.size(); ++i) {
           if (follower->waiting()) {
             pd.gains()[i] = gains[i];

@@ -107,7 +107,10 @@ void expand(const FallProblem& problem, const FallState& from, Expansion& out) {
             {from, {next[stopper.edge], stopper.theta2, duration, rate}, s, *hit});
       }
     }
-    if (out.stops) return;
+    if (out.stops) {
+      out.contacts.clear();
+      return;
+    }
   }
 }
 
@@ -151,8 +154,7 @@ double PlanSearch::costToGo(const FallState& x, double bound, size_t depth,
   for (const PlannedContact* c : level.chosen) {
     if (prunes_ && c->impact.impulse >= best) continue;
     ++effort.actions;
-    double limit = kInfinity;
-    if (prunes_) limit = best;
+    const double limit = prunes_ ? best : kInfinity;
     const double rest = costToGo(c->next(), limit, depth + 1, level.deeper);
     const double cost = std::max(c->impact.impulse, rest);
     if (!(cost < best)) continue;
@@ -160,7 +162,6 @@ double PlanSearch::costToGo(const FallState& x, double bound, size_t depth,
     level.best = level.deeper;
     level.best.push_back(*c);
     plan = level.best;
-    if (best == 0) break;
   }
   return best;
 }
@@ -182,11 +183,9 @@ class CachedSearch {
     ++effort.states;
     Expansion expansion;
     expand(problem_, x, expansion);
-    double best = kInfinity;
+    double best = expansion.stops ? 0 : kInfinity;
     std::optional<FallAction> action;
-    if (expansion.stops) best = 0;
     for (const PlannedContact& c : expansion.contacts) {
-      if (expansion.stops) break;
       ++effort.actions;
       const double cost = std::max(c.impact.impulse, costToGo(c.next(), nullptr));
       if (!(cost < best)) continue;

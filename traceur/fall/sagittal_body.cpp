@@ -28,13 +28,7 @@ double wrapped(double angle) {
 }
 
 SagittalBody::SagittalBody(std::shared_ptr<const sim::Model> model, FallSetup setup)
-    : model_(std::move(model)), setup_(std::move(setup)), sign_(setup_.sign()) {
-  for (const ContactNode& node : setup_.graph.nodes) {
-    for (const std::string& point : node.points) {
-      model_->body(model_->robot()->contacts.at(point).body);
-    }
-  }
-}
+    : model_(std::move(model)), setup_(std::move(setup)), sign_(setup_.sign()) {}
 
 sim::Vector3d SagittalBody::point(const sim::Snapshot& s, const std::string& name) const {
   const sim::ContactPoint& point = model_->robot()->contacts.at(name);

@@ -14,7 +14,7 @@ namespace traceur::fall {
 /// The plane of a fall: x along the fall's direction, y up, origin on the ground under the world's.
 class SagittalBody {
  public:
-  /// @throws InputError for a contact point whose body the model lacks
+  /// @param model  of a scene with the robot whose contact points the setup names
   SagittalBody(std::shared_ptr<const sim::Model> model, FallSetup setup);
 
   const std::shared_ptr<const sim::Model>& model() const { return model_; }
