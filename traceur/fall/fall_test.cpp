@@ -1,4 +1,5 @@
 // The chapter's parts together, on the two robots: graphs, reach, plans, poses, falls.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -802,7 +804,7 @@ TEST(ValueTable, IsMultilinearInsideAndConstantBeyond) {
   }
 }
 
-/// A library of BioloidGP's plans, aligned as the reader wants it.
+/// A library of BioloidGP's plans, aligned as the reader wants it: made once, as it takes a while.
 struct Compiled {
   Compiled()
       : falls(fallsOf("bioloid-gp")),
@@ -819,10 +821,15 @@ struct Compiled {
   ValueTable table;
   std::string bytes;
   std::vector<std::uint32_t> words;
+
+  static const Compiled& once() {
+    static const Compiled kOnce;
+    return kOnce;
+  }
 };
 
 TEST(PlanLibrary, TheReaderWithoutAHeapPlansAsWell) {
-  const Compiled c;
+  const Compiled& c = Compiled::once();
   const fall_library* library = nullptr;
   ASSERT_EQ(fall_open(c.words.data(), c.bytes.size(), &library), nullptr);
   EXPECT_LT(c.bytes.size(), 5'000'000);
@@ -856,7 +863,7 @@ TEST(PlanLibrary, TheReaderWithoutAHeapPlansAsWell) {
 }
 
 TEST(PlanLibrary, GivesBackTheTableItWasMadeFrom) {
-  const Compiled c;
+  const Compiled& c = Compiled::once();
   const ValueTable read = tableFromLibrary(c.bytes, c.problem, "file");
   EXPECT_EQ(read.values(), c.table.values());
   const FallState start = randomStart(0.17, 3);
@@ -864,7 +871,7 @@ TEST(PlanLibrary, GivesBackTheTableItWasMadeFrom) {
 }
 
 TEST(PlanLibrary, RefusesWhatIsNotItsOwn) {
-  const Compiled c;
+  const Compiled& c = Compiled::once();
   const auto message = [&](const std::string& bytes, const FallProblem& problem) -> std::string {
     try {
       tableFromLibrary(bytes, problem, "a.fallplan");
@@ -1032,7 +1039,7 @@ TEST(PlanLibrary, TablesAreKeptWherePeopleKeepSuchThings) {
 }
 
 TEST(PlanLibrary, ATableKeptOnDiskIsTheOneThatWouldBeMade) {
-  const Compiled c;
+  const Compiled& c = Compiled::once();
   const TestFolder tables;
   const std::filesystem::path folder = tables / "fall-tables" / "deeper";
   const LibraryLabel label{"bioloid-gp", "one_foot", "forward"};
@@ -1063,6 +1070,350 @@ TEST(PoseSolver, PutsPartsAndComWhereTheyShouldBe) {
   for (const sim::Joint& j : body.model()->joints()) {
     EXPECT_GE(pose.q[j.q], j.limit.min - 1e-9) << j.name;
     EXPECT_LE(pose.q[j.q], j.limit.max + 1e-9) << j.name;
+  }
+}
+
+TEST(FallRobot, GraphsAreToldWhatTheyLack) {
+  const auto with = [](const std::string& graph) { return complaint(kHead + graph); };
+  const auto has = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  has(with("feet = { points = [], next = [\"hands\"] }\nhands = { points = [\"left_hand\"] }\n"),
+      "\"feet\" has no contact point");
+  has(with("feet = { points = [\"left_toe\"], next = [\"hands\"], nxt = 1 }\n"
+           "hands = { points = [\"left_hand\"] }\n"),
+      "nxt");
+  has(with("feet = { points = [\"left_toe\"], next = [\"hands\"] }\n"
+           "hands = { points = [\"left_hand\"], next = [\"feet\"] }\n"),
+      "a fall along feet -> hands -> feet need not end");
+  for (const char* nowhere : {"", "feet = { points = [\"left_toe\"] }\n",
+                              "feet = { points = [\"left_toe\"], next = [] }\n"}) {
+    has(with(nowhere), "expected a first node, what the robot stands on, with a \"next\"");
+  }
+  const std::string text = std::string(kHead) + kGraph;
+  has(complaint(text.substr(0, text.find("[[fall]]"))), "expected at least one [[fall]]");
+  has(complaintWith("rampp = 1", "[[fall]]"), "Did you mean \"ramp\"?");
+  has(complaintWith("stand = true", "[fall.graph]"), "Did you mean \"stands\"?");
+  has(complaintWith("without.feet = { stiffness = 1 }", "[fall.graph]"),
+      "no node \"feet\" to leave out. There is: hands");
+  // Its bodies are those of the robot, all of them.
+  const auto push = [&](const std::string& body) {
+    std::string other = text;
+    return complaint(other.replace(other.find("utorso"), 6, body));
+  };
+  has(push("world"), "no body \"world\"");
+  const auto model = modelOf(*fallsOf("atlas"));
+  EXPECT_EQ(push(model->bodyName({1})), "");
+  EXPECT_EQ(push(model->bodyName({model->bodies() - 1})), "");
+  // As many ways as there are, each node is gone through once.
+  std::string many = "a0 = { points = [\"left_toe\"], next = [\"a1\", \"b1\"] }\n";
+  for (int i = 1; i < 40; ++i) {
+    for (const char* name : {"a", "b"}) {
+      many += fmt::format("{}{} = {{ points = [\"left_hand\"], next = [\"a{}\", \"b{}\"] }}\n",
+                          name, i, i + 1, i + 1);
+    }
+  }
+  EXPECT_EQ(with(many + "a40 = { points = [\"head\"] }\nb40 = { points = [\"head\"] }\n"), "");
+  EXPECT_EQ(complaintWith("damping = -1", "[[fall]]").find('\n'),
+            complaintWith("damping = -1", "[[fall]]").rfind('\n'));
+}
+
+TEST(FallRobot, SaysWhatThereIsToLeaveOutAndToFall) {
+  const auto falls = fallsOf("bioloid-gp");
+  const FallSetup& setup = falls->setup("one_foot", "forward");
+  const auto message = [](const auto& of) -> std::string {
+    try {
+      of();
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message([&] { setup.without("right-toes"); }),
+            "one_foot forward: cannot leave out \"right-toes\": expected one of left-heel, "
+            "left-toes, hands, head, right-heel");
+  FallSetup head = setup;
+  for (const char* node : {"left-heel", "left-toes", "hands"}) head = head.without(node);
+  EXPECT_EQ(message([&] { head.without("head"); }),
+            "one_foot forward: cannot leave out \"head\": nothing else follows \"right-toes\"");
+  EXPECT_EQ(message([&] { fallsOf("atlas")->setup("two_feet", "left"); }),
+            "atlas has no fall \"two_feet left\". There is: one_foot forward, two_feet forward, "
+            "two_feet backward");
+}
+
+/// A robot whose parts are elsewhere than its file says.
+FallRobot changed(const FallRobot& falls, const std::function<void(sim::Robot&)>& change) {
+  sim::Robot robot = *falls.robot;
+  change(robot);
+  FallRobot other = falls;
+  other.robot = std::make_shared<const sim::Robot>(robot);
+  return other;
+}
+
+TEST(FallRobot, MovesJointsWithinWhatBothFilesAllow) {
+  const auto falls = fallsOf("bioloid-gp");
+  const auto moved = [&](const FallRobot& of) {
+    const SagittalBody body(modelOf(of), of.setup("one_foot", "forward"));
+    std::map<std::string, MovedJoint> joints;
+    for (const MovedJoint& j : movedJoints(body, of)) joints[j.name] = j;
+    return joints;
+  };
+  FallRobot some = *falls;
+  some.joints = {"l_thigh", "shin", "shoulder"};
+  some.ranges = {{"l_thigh", {-9, 9}}, {"l_shoulder", {-0.5, 0.5}}, {"r_shoulder", {-0.5, 0.5}}};
+  const auto joints = moved(some);
+  // A leg of its own, two that stand on different parts, arms that move alike.
+  ASSERT_EQ(joints.size(), 4U);
+  for (const char* name : {"l_thigh", "l_shin", "r_shin"}) {
+    EXPECT_EQ(joints.at(name).other, "");
+    EXPECT_EQ(joints.at(name).sign, 1);
+    EXPECT_EQ(joints.at(name).min, -2.618);
+    EXPECT_EQ(joints.at(name).max, 2.618);
+  }
+  EXPECT_EQ(joints.at("l_shoulder").other, "r_shoulder");
+  EXPECT_EQ(joints.at("l_shoulder").min, -0.5);
+  EXPECT_EQ(joints.at("l_shoulder").max, 0.5);
+  const auto complaint_of = [&](const FallRobot& of) -> std::string {
+    try {
+      moved(of);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  for (const auto& range : {std::pair(2.618, 3.0), std::pair(-3.0, -2.618)}) {
+    some.ranges = {{"l_thigh", range}};
+    EXPECT_NE(complaint_of(some).find("is outside of its limits, -2.618 to 2.618 rad"),
+              std::string::npos);
+  }
+  some.ranges.clear();
+  for (const bool upper : {false, true}) {
+    const FallRobot endless = changed(some, [&](sim::Robot& robot) {
+      (upper ? robot.limits.at("l_thigh").max : robot.limits.at("l_thigh").min) =
+          upper ? INFINITY : -INFINITY;
+    });
+    EXPECT_NE(complaint_of(endless).find("the joint l_thigh has no limits"), std::string::npos);
+  }
+}
+
+TEST(FallProblem, IsTheStancesAndTheFiles) {
+  for (const auto& [name, stance, direction] : {std::tuple("atlas", "two_feet", "backward"),
+                                                std::tuple("bioloid-gp", "one_foot", "forward")}) {
+    FallRobot falls = *fallsOf(name);
+    falls.least_interval = 0.07;
+    const SagittalBody body(modelOf(falls), falls.setup(stance, direction));
+    const FallProblem p = fallProblem(
+        body, falls,
+        {.post_impact = PostImpact::kSticking, .stall = Stall::kLiteral, .poses = 300, .seed = 5});
+    const sim::State state = body.model()->stateOf(falls.robot->poses.at(stance));
+    sim::World world(body.model());
+    world.reset(state);
+    const sim::Snapshot& s = world.snapshot();
+    EXPECT_EQ(p.model.mass, body.model()->mass());
+    EXPECT_EQ(p.model.inertia, body.inertia(state));
+    EXPECT_EQ(p.model.post_impact, PostImpact::kSticking);
+    EXPECT_EQ(p.stall, Stall::kLiteral);
+    EXPECT_EQ(p.rod_speed, body.setup().quick.rod_speed);
+    EXPECT_EQ(p.stopper_speed, body.setup().quick.stopper_speed);
+    EXPECT_EQ(p.least_interval, 0.07);
+    EXPECT_EQ(p.graph.edges, body.setup().graph.edges);
+    const double r1 = (body.com(s) - body.node(s, 0)).norm();
+    EXPECT_NEAR(p.grid.time, std::sqrt(r1 / 9.81) / 8, p.model.step / 2);
+    EXPECT_NEAR(std::remainder(p.grid.time, p.model.step), 0, 1e-12);
+    std::vector<std::pair<double, double>> lengths;
+    const ReachTables reach =
+        sampleReach(body, falls, {.poses = 300, .seed = 5, .cell = r1 / 20}, &lengths);
+    EXPECT_EQ(p.lengths, lengths);
+    for (size_t i = 0; i < p.graph.nodes.size(); ++i) {
+      ASSERT_EQ(p.reach[i].size(), p.graph.edges[i].size());
+      ASSERT_EQ(p.first_angle[i].size(), p.graph.edges[i].size());
+      for (size_t e = 0; e < p.reach[i].size(); ++e) {
+        EXPECT_EQ(p.reach[i][e].marked(), reach[i][e].marked());
+        EXPECT_EQ(p.first_angle[i][e],
+                  body.stopperAngle(s, static_cast<int>(i), p.graph.edges[i][e]));
+      }
+    }
+    // A pose that is held has all contact points but those it stands on.
+    for (const int pivot : {0, 1}) {
+      std::set<std::string> parts;
+      for (const HeldPart& part : heldParts(body, s, pivot)) {
+        parts.insert(part.name);
+        EXPECT_LE(std::abs(part.theta2), std::numbers::pi);
+      }
+      for (const auto& [point, unused] : falls.robot->contacts) {
+        const auto& on = p.graph.nodes[pivot].points;
+        EXPECT_EQ(parts.contains(point), std::find(on.begin(), on.end(), point) == on.end());
+      }
+    }
+  }
+}
+
+TEST(SagittalBody, ItsInertiaIsOfThePoseAlone) {
+  const auto falls = fallsOf("atlas");
+  const SagittalBody body(modelOf(*falls), falls->setup("two_feet", "forward"));
+  const sim::State stance = body.model()->stateOf(falls->robot->poses.at("two_feet"));
+  const double inertia = body.inertia(stance);
+  sim::State other = stance;
+  other.v.setLinSpaced(-1, 2);
+  const Eigen::Quaterniond pitched(
+      Eigen::AngleAxisd(0.7, sim::Vector3d::UnitY()) *
+      Eigen::Quaterniond(stance.q[3], stance.q[4], stance.q[5], stance.q[6]));
+  other.q.segment<4>(3) << pitched.w(), pitched.x(), pitched.y(), pitched.z();
+  EXPECT_NEAR(body.inertia(other), inertia, 1e-9 * inertia);
+}
+
+TEST(SagittalBody, APartIsTheNearestPointOrElseTheBody) {
+  const auto falls = fallsOf("bioloid-gp");
+  const SagittalBody body(modelOf(*falls), falls->setup("one_foot", "forward"));
+  sim::World world(body.model());
+  sim::State state = body.model()->stateOf(falls->robot->poses.at("crouch"));
+  world.reset(state);
+  const sim::Snapshot& s = world.snapshot();
+  const sim::BodyId foot = body.model()->body("l_foot");
+  const sim::Vector3d toe = body.point(s, "left_toe");
+  const sim::Vector3d heel = body.point(s, "left_heel");
+  EXPECT_EQ(body.partAt(s, foot, 0.45 * toe + 0.55 * heel), "left_heel");
+  EXPECT_EQ(body.partAt(s, foot, 0.55 * toe + 0.45 * heel), "left_toe");
+  EXPECT_EQ(body.partAt(s, body.model()->body("l_thigh"), toe), "l_thigh");
+}
+
+TEST(ReachTable, IsMarkedByRandomPosesOfTheJointsThatMove) {
+  for (const auto& [name, setup] : {std::pair("atlas", 2), std::pair("bioloid-gp", 0)}) {
+    const auto falls = fallsOf(name);
+    const SagittalBody body(modelOf(*falls), falls->setups[setup]);
+    const sim::Model& model = *body.model();
+    const ReachOptions options{.poses = 60, .seed = 9, .cell = 0.03};
+    std::vector<std::pair<double, double>> lengths;
+    const ReachTables tables = sampleReach(body, *falls, options, &lengths);
+    const ContactGraph& graph = body.setup().graph;
+    struct Stopper {
+      size_t node, edge;
+      double r1, r2, theta2;
+    };
+    std::vector<Stopper> stoppers;
+    std::vector<std::pair<double, double>> seen(graph.nodes.size(), {1e9, 0});
+    double longest = 0;
+    sim::World world(body.model());
+    for (int k = 0; k < options.poses; ++k) {
+      Random random(options.seed, 0, k);
+      sim::State pose = model.stateOf(falls->robot->poses.at(body.setup().stance));
+      for (const MovedJoint& j : movedJoints(body, *falls)) {
+        const double angle = random.uniform(j.min, j.max);
+        pose.q[model.joint(j.name).q] = angle;
+        if (!j.other.empty()) pose.q[model.joint(j.other).q] = j.sign * angle;
+      }
+      world.place(pose);
+      const sim::Snapshot& s = world.snapshot();
+      for (size_t i = 0; i < graph.nodes.size(); ++i) {
+        const auto node = static_cast<int>(i);
+        const double r1 = (body.node(s, node) - body.com(s)).norm();
+        seen[i] = {std::min(seen[i].first, r1), std::max(seen[i].second, r1)};
+        for (size_t e = 0; e < graph.edges[i].size(); ++e) {
+          const int to = graph.edges[i][e];
+          const double r2 = (body.node(s, to) - body.com(s)).norm();
+          stoppers.push_back({i, e, r1, r2, body.stopperAngle(s, node, to)});
+          longest = std::max({longest, r1, r2});
+        }
+      }
+    }
+    EXPECT_EQ(lengths, seen);
+    ASSERT_EQ(tables.size(), graph.nodes.size());
+    for (size_t i = 0; i < tables.size(); ++i) {
+      ASSERT_EQ(tables[i].size(), graph.edges[i].size());
+      for (size_t e = 0; e < tables[i].size(); ++e) {
+        ReachTable expected(options.cell, longest);
+        for (const Stopper& s : stoppers) {
+          if (s.node == i && s.edge == e) expected.mark(s.r1, s.r2, s.theta2);
+        }
+        EXPECT_EQ(tables[i][e].cells(), static_cast<int>(std::ceil(longest / options.cell)) + 2);
+        EXPECT_EQ(tables[i][e].marked(), expected.marked());
+      }
+    }
+  }
+}
+
+TEST(PoseSolver, FindsAPoseThatNoSmallMoveBetters) {
+  for (const auto& [name, setup] :
+       {std::pair("atlas", 0), std::pair("atlas", 2), std::pair("bioloid-gp", 0)}) {
+    const auto falls = fallsOf(name);
+    const SagittalBody body(modelOf(*falls), falls->setups[setup]);
+    const sim::Model& model = *body.model();
+    PoseSolver solver(body, *falls);
+    const sim::State stance = model.stateOf(falls->robot->poses.at(body.setup().stance));
+    sim::World world(body.model());
+    world.place(stance);
+    const double height = body.com(world.snapshot()).y();
+    const std::vector<MovedJoint> joints = movedJoints(body, *falls);
+    sim::State from = stance;  // from another pose, turned
+    for (const MovedJoint& j : joints) from.q[model.joint(j.name).q] += 0.15;
+    const Eigen::Quaterniond turned =
+        Eigen::AngleAxisd(0.2, sim::Vector3d::UnitY()) *
+        Eigen::Quaterniond(stance.q[3], stance.q[4], stance.q[5], stance.q[6]);
+    from.q.segment<4>(3) << turned.w(), turned.x(), turned.y(), turned.z();
+    const std::vector<PoseSolver::Goal> goals = {{0, height * Vector2d(0.1, 0.02), 1},
+                                                 {1, height * Vector2d(0.45, -0.02), 0.8},
+                                                 {2, height * Vector2d(0.9, 0.1), 0.5}};
+    const Vector2d com = height * Vector2d(0.4, 0.7);
+    // In units of the height: Eq. 19, and with what is ours.
+    const auto cost = [&](const sim::State& pose, bool whole) {
+      world.place(pose);
+      const sim::Snapshot& s = world.snapshot();
+      double sum = (body.com(s) - com).squaredNorm();
+      for (const PoseSolver::Goal& g : goals) {
+        sum += g.weight * (body.node(s, g.node) - g.place).squaredNorm();
+      }
+      if (whole) {
+        for (const auto& [point, unused] : falls->robot->contacts) {
+          sum += 10 * std::pow(std::min(body.point(s, point).z(), 0.0), 2);
+        }
+        for (const MovedJoint& j : joints) {
+          const int q = model.joint(j.name).q;
+          sum += 1e-3 * std::pow(height * (pose.q[q] - std::clamp(from.q[q], j.min, j.max)), 2);
+        }
+      }
+      return sum / (height * height);
+    };
+    double error = 0;
+    const sim::State pose = solver.solve(goals, com, from, &error);
+    EXPECT_NEAR(error, std::sqrt(cost(pose, false)) * height, 1e-9);
+    sim::State others = stance;
+    for (const MovedJoint& j : joints) {
+      const int q = model.joint(j.name).q;
+      EXPECT_GE(pose.q[q], j.min) << j.name;
+      EXPECT_LE(pose.q[q], j.max) << j.name;
+      others.q[q] = pose.q[q];
+      if (j.other.empty()) continue;
+      EXPECT_EQ(pose.q[model.joint(j.other).q], j.sign * pose.q[q]) << j.other;
+      others.q[model.joint(j.other).q] = j.sign * pose.q[q];
+    }
+    others.q.head<7>() = pose.q.head<7>();
+    EXPECT_EQ(pose.q, others.q);
+    EXPECT_EQ(pose.q[1], 0);
+    const double best = cost(pose, true);
+    for (const double by : {-0.01, 0.01}) {
+      const auto worse = [&](const sim::State& moved, const std::string& what) {
+        EXPECT_GT(cost(moved, true), best - 1e-7) << name << setup << " " << what << by;
+      };
+      sim::State moved = pose;
+      moved.q[0] += by * height;
+      worse(moved, "x");
+      moved = pose;
+      moved.q[2] += by * height;
+      worse(moved, "z");
+      moved = pose;
+      const Eigen::Quaterniond pitched =
+          Eigen::AngleAxisd(by, sim::Vector3d::UnitY()) *
+          Eigen::Quaterniond(pose.q[3], pose.q[4], pose.q[5], pose.q[6]);
+      moved.q.segment<4>(3) << pitched.w(), pitched.x(), pitched.y(), pitched.z();
+      worse(moved, "pitch");
+      for (const MovedJoint& j : joints) {
+        moved = pose;
+        double& q = moved.q[model.joint(j.name).q];
+        q = std::clamp(q + by, j.min, j.max);
+        if (!j.other.empty()) moved.q[model.joint(j.other).q] = j.sign * q;
+        worse(moved, j.name);
+      }
+    }
   }
 }
 

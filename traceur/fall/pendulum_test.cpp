@@ -112,6 +112,42 @@ TEST(Pendulum, ReadingsDifferAsTheirMomentaSay) {
       1e-12);
 }
 
+TEST(Pendulum, AStopperIsNoLongerThanAHundredRods) {
+  const PendulumState upright{.theta = 0, .r = 0.7};
+  const double down = std::numbers::pi / 2;
+  // -cos θ₂ is its part that leads down.
+  for (const auto& [longer, there] : {std::pair(99.9, true), std::pair(100.1, false)}) {
+    const double theta2 = down + std::asin(1 / longer);
+    const auto length = stopperLength(upright, theta2);
+    EXPECT_EQ(length.has_value(), there);
+    if (there) {
+      EXPECT_NEAR(*length, longer * 0.7, 1e-9);
+    }
+    EXPECT_EQ(impact(atlas(), {.theta = 0, .r = 0.7, .theta_rate = 1}, theta2).has_value(), there);
+  }
+  EXPECT_FALSE(stopperLength({.theta = 0, .r = 0}, 3));
+  EXPECT_FALSE(stopperLength({.theta = 1.6, .r = 1}, 3));  // below the ground
+  EXPECT_FALSE(stopperLength({.theta = 1.6, .r = 1}, 0));
+  // What does not move makes no impact.
+  EXPECT_FALSE(impact(atlas(), {.theta = 0, .r = 0.7}, 2.8));
+}
+
+TEST(Pendulum, ItsComMovesAsItsVelocitySays) {
+  const PendulumModel model{.mass = 1, .inertia = 1, .gravity = 0, .step = 1e-6};
+  PendulumState s{.theta = 0.4, .r = 0.8, .theta_rate = 1.3, .r_rate = 9};
+  step(model, -0.6, s);
+  EXPECT_EQ(s.r_rate, -0.6);  // at once
+  const Vector2d before = s.com();
+  const Vector2d velocity = s.comVelocity();
+  step(model, -0.6, s);
+  EXPECT_LT(((s.com() - before) / model.step - velocity).norm(), 1e-5);
+  const PendulumState back = PendulumState::of(s.com(), s.comVelocity());
+  EXPECT_NEAR(back.theta, s.theta, 1e-12);
+  EXPECT_NEAR(back.r, s.r, 1e-12);
+  EXPECT_NEAR(back.theta_rate, s.theta_rate, 1e-12);
+  EXPECT_NEAR(back.r_rate, s.r_rate, 1e-12);
+}
+
 TEST(Pendulum, AStopperThatPointsUpOrLeavesTheGroundDoesNothing) {
   const PendulumModel model = atlas();
   const PendulumState s{.theta = 0.3, .r = 0.9, .theta_rate = 2.5};
