@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -80,6 +81,7 @@ TEST(StablePd, PredictsTheAccelerationOfTheStep) {
   sim::World world(model);
   sim::State start = robot->stateOf(robot->robot()->poses.at("crouch"));
   start.q[2] += 1;
+  start.v.tail(model->nv() - 6).setLinSpaced(-0.6, 0.4);
   world.reset(start);
   constexpr double kp = 60;
   constexpr double kd = 3;
@@ -136,6 +138,71 @@ TEST(StablePd, ClampsTheSumOrItsOwnPartOnce) {
   };
   EXPECT_NEAR(torque(StablePd::Clamp::kSum), 0.6, 1e-12);
   EXPECT_NEAR(torque(StablePd::Clamp::kOwn), 0.1, 1e-12);
+}
+
+/// Two hinges on a floating trunk; a motor turns the second only.
+std::shared_ptr<const sim::Model> halfActuated() {
+  return sim::Model::fromMjcf(R"(<mujoco><worldbody><body name="trunk" pos="0 0 2"><freejoint/>
+    <geom type="box" size=".1 .1 .1" mass="2"/>
+    <body name="a" pos=".2 0 0"><joint name="a" axis="0 1 0"/>
+      <geom type="box" size=".1 .05 .05" mass="1"/>
+      <body name="b" pos=".2 0 0"><joint name="b" axis="0 1 0"/>
+        <geom type="box" size=".1 .05 .05" mass="1"/></body></body></body></worldbody>
+    <actuator><position joint="a"/><motor joint="b"/></actuator></mujoco>)");
+}
+
+TEST(StablePd, CountsWhatMotorsExertAndNothingElse) {
+  const auto model = halfActuated();
+  ASSERT_EQ(model->joint("a").motor, -1);
+  sim::World world(model);
+  world.reset(model->initialState());
+  StablePd pd(model, {{0, 0}, {50, 2}});
+  const JointTarget target{VectorXd::Constant(2, 0.3)};
+  const auto added = [&](const char* joint, double held) {
+    VectorXd tau = VectorXd::Zero(model->nv());
+    tau[model->joint(joint).v] = held;
+    pd.addTorque(world.snapshot(), target, tau);
+    return tau[model->joint("b").v] - (joint[0] == 'b' ? held : 0);
+  };
+  EXPECT_EQ(added("a", 5), added("a", 0));
+  EXPECT_LT(added("b", 5), added("b", 0) - 1e-6);  // it helps already
+
+  // Commands of what is no plain motor stay nothing.
+  sim::Torque command{VectorXd::Constant(2, 9)};
+  toMotors(*model, VectorXd::Constant(model->nv(), 3), command);
+  EXPECT_EQ(command.tau, VectorXd(Eigen::Vector2d(0, 3)));
+  // Without a robot's file there are no gains.
+  StablePd none = defaultController(model);
+  ASSERT_EQ(none.gains().size(), 2U);
+  for (const sim::JointGain& g : none.gains()) EXPECT_EQ(g.kp + g.kd, 0);
+}
+
+TEST(StablePd, ByDefaultHasTheRobotsGainsWhereItSaysThem) {
+  sim::Robot robot = sim::Robot::fromFile("models/bioloid-gp/robot.toml");
+  robot.gains = {{"l_shin", {7, 0.5}}, {"r_hand", {3, 0.25}}};
+  const auto model =
+      sim::Model::fromScene({.robot = std::make_shared<const sim::Robot>(std::move(robot))});
+  StablePd pd = defaultController(model);
+  for (size_t i = 0; i < model->joints().size(); ++i) {
+    const std::string& name = model->joints()[i].name;
+    EXPECT_EQ(pd.gains()[i].kp, name == "l_shin" ? 7 : name == "r_hand" ? 3 : 0) << name;
+    EXPECT_EQ(pd.gains()[i].kd, name == "l_shin" ? 0.5 : name == "r_hand" ? 0.25 : 0) << name;
+    EXPECT_EQ(pd.limits()[i].torque, 0.6);
+  }
+}
+
+TEST(LimitedTorque, IsOddAndFadesOnlyNearTheSpeedLimit) {
+  const JointLimit limit{2, 10, -1, 1};
+  const JointLimit weak{0.05, 10, -1, 1};
+  for (const double side : {1.0, -1.0}) {
+    EXPECT_EQ(limitedTorque(5 * side, 5 * side, limit), 2 * side);
+    EXPECT_EQ(limitedTorque(5 * side, 8.99 * side, limit), 2 * side);
+    EXPECT_NEAR(limitedTorque(5 * side, 9.75 * side, limit), 0.5 * side, 1e-12);
+    EXPECT_EQ(limitedTorque(5 * side, 10 * side, limit), 0);
+    EXPECT_EQ(limitedTorque(5 * side, -9.75 * side, limit), 2 * side);
+    EXPECT_EQ(limitedTorque(0.3 * side, 9.75 * side, limit), 0.3 * side);
+    EXPECT_NEAR(limitedTorque(0.06 * side, 9.5 * side, weak), 0.025 * side, 1e-12);
+  }
 }
 
 TEST(LimitedTorque, ClampsFadesAndNeverReducesBraking) {
@@ -227,11 +294,45 @@ TEST(Expression, RefusesWhatItCannotMean) {
   EXPECT_EQ(message("1 <= 2"), "accepted");
 }
 
+TEST(Expression, ComplaintsEndWithTheirLastWord) {
+  const auto message = [](const std::string& text) -> std::string {
+    try {
+      Expression::namesIn(text);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  for (const char* bad : {"1 +", "(2", "2 2", "foo(3)", "* 3", "", "1 +\n"}) {
+    const std::string said = message(bad);
+    EXPECT_TRUE(said.starts_with(std::string("\"") + bad + "\": ")) << said;
+    EXPECT_EQ(said.find_last_not_of(" \n"), said.size() - 1) << said;
+  }
+  EXPECT_EQ(message("1" + std::string(9'999, ' ')), "accepted");
+  EXPECT_EQ(message("1" + std::string(10'000, ' ')),
+            "an expression of 10001 characters: expected at most 10000");
+  for (const char* compares : {"a==1", "1<=a", "a>=1", "a!=1", "a<1"}) {
+    EXPECT_EQ(message(compares), "accepted") << compares;
+  }
+}
+
+TEST(Expression, HoldsWhereItIsNeitherZeroNorNoNumber) {
+  for (const auto& [value, holds] : {std::pair(0.0, false),
+                                     {-0.0, false},
+                                     {NAN, false},
+                                     {1e-300, true},
+                                     {-2.0, true},
+                                     {INFINITY, true}}) {
+    EXPECT_EQ(Expression(value).holds(), holds) << value;
+  }
+}
+
 TEST(Expression, ANameIsWhatMayBeLookedUp) {
   for (const char* name : {"x", "com.x", "_a", "a2", "A.b_c", "joint.l_hip"}) {
     EXPECT_TRUE(Expression::isName(name)) << name;
   }
-  for (const char* name : {"", "2x", "9", ".a", "a b", "a-b", "a,b", "ü", "max", "atan2", "pi"}) {
+  for (const char* name :
+       {"", "2x", "0a", "9", ".a", "a b", "a-b", "a,b", "ü", "max", "atan2", "pi"}) {
     EXPECT_FALSE(Expression::isName(name)) << name;
   }
   EXPECT_EQ(Expression::namesIn("b.z * max(a, 2) - pi + b.z"),
@@ -397,6 +498,46 @@ TEST(Signals, APropsContactsWithTheRobotCount) {
   EXPECT_GT(most, 0);
 }
 
+TEST(Signals, AForceOnABodyIsWhatTheOthersExert) {
+  const auto model = sim::Model::fromMjcf(R"(<mujoco><worldbody>
+    <geom type="plane" size="0 0 1"/>
+    <body name="lower" pos="0 0 .1"><freejoint/>
+      <geom type="box" size=".2 .2 .1" mass="3"/></body>
+    <body name="upper" pos="0 0 .3"><freejoint/>
+      <geom type="box" size=".1 .1 .1" mass="2"/></body></worldbody></mujoco>)");
+  sim::World world(model);
+  for (int i = 0; i < 2000; ++i) world.step({VectorXd(0)});
+  Signals signals(model);
+  const auto read = [&](const std::string& name) {
+    const double* value = signals.find(name);
+    signals.update(world.snapshot());
+    return value ? *value : NAN;
+  };
+  // What the ground bears and what lies on it.
+  EXPECT_NEAR(read("contact_force.lower"), 3 * 9.81, 1e-2);
+  EXPECT_NEAR(read("contact_force.upper"), 2 * 9.81, 1e-2);
+  EXPECT_NEAR(read("contact_force.world"), -5 * 9.81, 1e-2);
+  EXPECT_EQ(read("contact.lower"), 8);
+  EXPECT_EQ(read("contact.upper"), 4);
+  EXPECT_EQ(read("contact.robot"), 8);  // the first that floats
+}
+
+TEST(Signals, OffersTheNamesOfAllItKnows) {
+  const auto model = bioloid();
+  const std::vector<std::string> names = Signals(model).names();
+  const size_t bodies = model->bodies() - 1;
+  EXPECT_EQ(names.size(), 4 + 4 * 3 + 2 * (1 + model->robot()->bodies.size() + bodies) +
+                              6 * bodies + 2 * model->joints().size());
+  for (const sim::BodyId body : {sim::BodyId{1}, sim::BodyId{model->bodies() - 1}}) {
+    for (const std::string& name :
+         {"contact." + model->bodyName(body), "contact_force." + model->bodyName(body),
+          "body." + model->bodyName(body) + ".x",
+          "body_velocity." + model->bodyName(body) + ".z"}) {
+      EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+    }
+  }
+}
+
 TEST(Signals, OffersNoNameThatAnExpressionCannotSpell) {
   Signals signals(sim::Model::fromMjcf(R"(<mujoco><worldbody><body name="left-foot"><freejoint/>
     <geom size=".1"/><body name="right_foot"><joint name="an ankle"/><geom size=".1"/></body>
@@ -409,7 +550,8 @@ TEST(Signals, OffersNoNameThatAnExpressionCannotSpell) {
 TEST(Signals, EveryNameItOffersExistsAndOthersDoNot) {
   Signals signals(bioloid());
   for (const std::string& name : signals.names()) EXPECT_TRUE(signals.find(name)) << name;
-  for (const char* name : {"com", "com.w", "contact.nose", "joint.knee", "body.torso", "speed"}) {
+  for (const char* name : {"com", "com.w", "com.{", "com_x", ".x", "contact.nose", "joint.knee",
+                           "body.torso", "speed"}) {
     EXPECT_FALSE(signals.find(name)) << name;
   }
 }

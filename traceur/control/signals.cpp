@@ -65,7 +65,7 @@ const double* Signals::find(const std::string& name) {
   }
   auto read = reader(name);
   if (!read) return nullptr;
-  entries_.push_back(std::make_unique<Entry>(Entry{name, std::move(read), 0}));
+  entries_.push_back(std::make_unique<Entry>(Entry{name, std::move(read)}));
   return &entries_.back()->value;
 }
 
