@@ -673,7 +673,8 @@ TEST(Robot, MistakesNameTheFileTheyStandIn) {
 }
 
 TEST(World, ComVelocityIsTheEnginesBitByBit) {
-  World world(Model::fromScene({.robot = bioloid()}));
+  const Prop ball{.name = "ball", .shape = Prop::Shape::kBall, .position = {.3, 0, 3}, .mass = 2};
+  World world(onGround({ball}));  // falls beside it
   const auto* m = world.model().raw();
   for (int i = 0; i < 400; ++i) {
     world.step({VectorXd::Constant(m->nu, 0.3 * std::sin(0.05 * i))});
@@ -717,6 +718,227 @@ TEST(Scene, HasRoomForTheContactsOfItsProps) {
   }
 }
 
+TEST(World, WhatIsReadIsOfTheStateItIsIn) {
+  // Also what is computed once and kept, and the time.
+  const auto model = inSpace(0.001, kG);
+  World used(model);
+  State state = thrown(*model);
+  const auto expectFresh = [&] {
+    World fresh(model);
+    fresh.reset(used.state());
+    EXPECT_EQ(used.snapshot().comVelocity(), fresh.snapshot().comVelocity());
+    EXPECT_EQ(used.snapshot().angularMomentum(), fresh.snapshot().angularMomentum());
+    EXPECT_EQ(used.snapshot().time(), fresh.snapshot().time());
+  };
+  expectFresh();
+  state.time = 5;
+  used.reset(state);
+  EXPECT_EQ(used.snapshot().time(), 5);
+  EXPECT_EQ(used.state().time, 5);
+  expectFresh();
+  state.v *= 2;
+  used.reset(state);
+  expectFresh();
+  used.step(none(*model));
+  EXPECT_NEAR(used.snapshot().time(), 5.001, 1e-9);
+  expectFresh();
+  state.time = 7;
+  used.place(state);
+  EXPECT_EQ(used.snapshot().time(), 7);
+  EXPECT_EQ(used.snapshot().jointForces().cols(), 0);
+}
+
+TEST(World, APushEndsWithItsReset) {
+  const auto model = inSpace(0.001, kG);
+  World used(model);
+  World fresh(model);
+  const State start = thrown(*model);
+  used.push(model->root(), {30, 0, 0}, {0, 1, 0});
+  used.step(none(*model));
+  for (World* world : {&used, &fresh}) {
+    world->reset(start);
+    for (int i = 0; i < 20; ++i) world->step(none(*model));
+  }
+  EXPECT_EQ(used.state().q, fresh.state().q);
+  EXPECT_EQ(used.state().v, fresh.state().v);
+}
+
+TEST(World, AMomentTurnsWhatItActsOn) {
+  Scene scene{.ground = false,
+              .props = {{.name = "box", .size = {.1, .2, .3}, .rpy = {0.3, -0.4, 0.5}, .mass = 6}}};
+  scene.gravity.setZero();
+  const auto model = Model::fromScene(scene);
+  World world(model);
+  const Vector3d moment(1, -2, 3);
+  const Vector3d force(4, 5, -6);
+  world.push(model->root(), force, moment);
+  VectorXd tau(6);
+  world.snapshot().externalForce(tau);
+  const Matrix3d R = world.snapshot().bodyRotation(model->root());
+  EXPECT_LT((tau.head<3>() - force).norm(), 1e-12);
+  EXPECT_LT((tau.tail<3>() - R.transpose() * moment).norm(), 1e-12);
+  world.step(none(*model));
+  EXPECT_LT((world.snapshot().angularMomentum() - 0.001 * moment).norm(), 1e-6);
+  EXPECT_LT((world.snapshot().linearMomentum() - 0.001 * force).norm(), 1e-9);
+}
+
+TEST(Snapshot, EveryBodyMovesAndIsPushedByItsJacobian) {
+  const auto model = inSpace(0.001, kG);
+  World world(model);
+  const State state = thrown(*model);
+  world.reset(state);
+  const Snapshot& s = world.snapshot();
+  const auto* m = model->raw();
+  Matrix3Xd J(3, model->nv());
+  VectorXd none_pushed(model->nv());
+  s.externalForce(none_pushed);
+  for (int b = 1; b < model->bodies(); ++b) {
+    s.pointJacobian({b}, Vector3d::Zero(), J);
+    EXPECT_LT((J * state.v - s.bodyVelocity({b})).norm(), 1e-12);
+    const Vector3d p_BCm(m->body_ipos[3 * b], m->body_ipos[3 * b + 1], m->body_ipos[3 * b + 2]);
+    const Vector3d com = s.bodyPosition({b}) + s.bodyRotation({b}) * p_BCm;
+    EXPECT_LT((com - s.bodyCom({b})).norm(), 1e-12);
+    const Vector3d f(1, -2, b);
+    world.push({b}, f);
+    VectorXd tau(model->nv());
+    s.externalForce(tau);
+    world.push({b}, Vector3d::Zero());
+    s.pointJacobian({b}, p_BCm, J);
+    EXPECT_LT((tau - none_pushed - J.transpose() * f).norm(), 1e-11) << b;
+  }
+}
+
+TEST(Flight, IsOfTheRobotWhateverLiesBesideIt) {
+  const Prop box{.name = "box", .size = {.1, .1, .1}, .position = {1, 0, .0999}, .mass = 5};
+  const auto model = onGround({box});
+  World world(model);
+  State s = thrown(*model);
+  s.v.tail(6).setZero();
+  world.reset(s);
+  const Vector3d before = world.snapshot().linearMomentum();
+  for (int i = 0; i < 100; ++i) {
+    world.step(none(*model));
+    EXPECT_FALSE(world.snapshot().touchesWorld());
+  }
+  EXPECT_FALSE(world.snapshot().contacts().empty());  // the box's
+  EXPECT_FALSE(world.snapshot().cop());
+  EXPECT_TRUE(world.snapshot().supportPolygon().empty());
+  const Vector3d expected = before + model->mass() * Vector3d(0, 0, -kG) * 0.1;
+  EXPECT_LT((world.snapshot().linearMomentum() - expected).norm(), 1e-9);
+}
+
+/// Stands on small balls under a plate, at these places.
+std::vector<Vector2d> supportOn(const std::vector<Vector2d>& feet) {
+  std::string text =
+      "<mujoco><worldbody><geom type='plane' size='0 0 1'/><body pos='0 0 .0099'>"
+      "<freejoint/><geom type='box' size='1 1 .01' pos='0 0 1' mass='9'/>";
+  for (const Vector2d& p : feet) {
+    text += fmt::format("<geom size='.01' mass='.1' pos='{} {} 0'/>", p.x(), p.y());
+  }
+  const auto model = Model::fromMjcf(text + "</body></worldbody></mujoco>");
+  World world(model);
+  world.step(none(*model));
+  EXPECT_EQ(world.snapshot().contacts().size(), feet.size());
+  return world.snapshot().supportPolygon();
+}
+
+TEST(Ground, SupportIsTheHullOfWhateverStands) {
+  using Points = std::vector<Vector2d>;
+  const auto expectHull = [](const Points& feet, const Points& hull) {
+    const Points is = supportOn(feet);
+    ASSERT_EQ(is.size(), hull.size());
+    for (size_t i = 0; i < hull.size(); ++i) EXPECT_LT((is[i] - hull[i]).norm(), 1e-6) << i;
+  };
+  // Counter-clockwise from the left, below; what lies within or on an edge is no corner.
+  expectHull({{.25, .5}, {-.25, .5}, {0, .125}, {-.25, -.5}, {.25, -.5}, {.25, 0}, {-.25, .125}},
+             {{-.25, -.5}, {.25, -.5}, {.25, .5}, {-.25, .5}});
+  expectHull({{.5, 0}, {0, .25}, {-.5, 0}, {0, -.25}, {.0625, .0625}},
+             {{-.5, 0}, {0, -.25}, {.5, 0}, {0, .25}});
+  expectHull({{0, .25}, {.5, 0}, {-.5, 0}}, {{-.5, 0}, {.5, 0}, {0, .25}});
+  expectHull({{.5, 0}, {-.5, .25}}, {{-.5, .25}, {.5, 0}});
+  expectHull({{.125, .25}}, {{.125, .25}});
+}
+
+TEST(Ground, OnlyWhatIsFixedSupports) {
+  // A plate that carries a box beside its middle, on a pedestal.
+  const auto model = Model::fromMjcf(R"(<mujoco><worldbody>
+    <body name="plate" pos="0 0 .55"><freejoint/>
+      <geom type="box" size=".3 .3 .05" mass="3"/></body>
+    <body name="box" pos=".15 0 .65"><freejoint/>
+      <geom type="box" size=".05 .05 .05" mass="1"/></body>
+    <body name="pedestal" pos="0 0 .25"><geom type="box" size=".2 .2 .25"/></body>
+    </worldbody></mujoco>)");
+  World world(model);
+  for (int i = 0; i < 2000; ++i) world.step(none(*model));
+  const Snapshot& s = world.snapshot();
+  bool first = false;  // the robot is a contact's first body, too
+  for (const Contact& c : s.contacts()) first = first || model->isStatic(c.body_b);
+  EXPECT_TRUE(first);
+  ASSERT_TRUE(s.cop());
+  EXPECT_LT((*s.cop() - Vector3d(.15 / 4, 0, .5)).norm(), 2e-3);
+  for (const Vector2d& p : s.supportPolygon()) {
+    EXPECT_NEAR(p.cwiseAbs().minCoeff(), .2, 1e-3);
+  }
+  EXPECT_EQ(s.supportPolygon().size(), 4U);
+}
+
+TEST(Ground, WhatIsOnlyNearDoesNotPress) {
+  const auto model = Model::fromMjcf(R"(<mujoco><worldbody>
+    <geom type="plane" size="0 0 1" margin=".1" gap=".1"/>
+    <body pos="0 0 .15"><freejoint/><geom size=".1" margin=".1" gap=".1"/></body>
+    </worldbody></mujoco>)");
+  World world(model);
+  EXPECT_GT(world.raw()->ncon, 0);
+  EXPECT_TRUE(world.snapshot().contacts().empty());
+  const double before = world.snapshot().com().z();
+  for (int i = 0; i < 50; ++i) world.step(none(*model));
+  EXPECT_NEAR(world.snapshot().comVelocity().z(), -kG * 0.1, 1e-9);
+  EXPECT_LT(world.snapshot().com().z(), before);
+}
+
+TEST(World, SaysWhatOfAStateIsWrong) {
+  const auto model = onGround();
+  World world(model);
+  const auto said = [&](const State& s, bool place) -> std::string {
+    try {
+      place ? world.place(s) : world.reset(s);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  State s = model->initialState();
+  EXPECT_EQ(said(s, true), "accepted");
+  s.v.conservativeResize(3);
+  EXPECT_EQ(said(s, true), "World::place: expected q(23), v(22), got q(23), v(3)");
+  s = model->initialState();
+  s.q[7] = INFINITY;
+  EXPECT_EQ(said(s, false), "World::reset: q and v must be finite, got NaN or infinity");
+}
+
+TEST(World, DivergesByWhateverIsNoNumber) {
+  const auto model = inSpace(0.001, kG);
+  World world(model);
+  EXPECT_FALSE(world.diverged());
+  EXPECT_FALSE(world.overflowed());
+  Torque torque = none(*model);
+  torque.tau[3] = NAN;
+  world.step(torque);
+  world.step(torque);
+  EXPECT_TRUE(world.diverged());
+  State s = model->initialState();
+  s.q[0] = 1e11;
+  world.reset(s);
+  EXPECT_FALSE(world.diverged());
+  world.step(none(*model));
+  EXPECT_TRUE(world.diverged());
+  s = model->initialState();
+  s.v[0] = 1e11;
+  world.reset(s);
+  world.step(none(*model));
+  EXPECT_TRUE(world.diverged());
+}
+
 TEST(World, SaysThatThereWereTooManyContacts) {
   if (!engineVersion().starts_with("MuJoCo 2")) {
     GTEST_SKIP() << "later engines make room as they go";
@@ -733,6 +955,12 @@ TEST(World, SaysThatThereWereTooManyContacts) {
   high.q[2] = 2;
   world.reset(high);
   EXPECT_FALSE(world.overflowed());
+  // Room for the contacts, not for what they need.
+  World rows(Model::fromMjcf(R"(<mujoco><size njmax="2" nconmax="50"/>
+    <worldbody><geom type="plane" size="0 0 1"/>
+    <body pos="0 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>)"));
+  rows.step({VectorXd(0)});
+  EXPECT_TRUE(rows.overflowed());
 }
 
 TEST(Ground, PressureAndSupportAreTheRobotsAlone) {
