@@ -12,8 +12,10 @@
 
 #include "traceur/control/stable_pd.h"
 #include "traceur/core/error.h"
+#include "traceur/core/test_folder.h"
 #include "traceur/fall/fall_experiment.h"
 #include "traceur/fall/fall_problem.h"
+#include "traceur/fall/plan_library.h"
 
 namespace traceur::fall {
 namespace {
@@ -611,6 +613,8 @@ TEST(FallExperiment, PlansAsItsOptionsSay) {
   FallExperimentOptions options;
   options.problem.poses = 1500;
   options.protocol = {.time_step = 0.001, .settle = 0.5};
+  const TestFolder tables;
+  options.tables = tables.path();
   const auto run = [&](const FallPlan* plan = nullptr) {
     FallExperiment experiment(falls, falls->setups[0], options);
     return std::pair(experiment.run({1.5}, Strategy::kPlanned, nullptr, plan),
@@ -619,7 +623,9 @@ TEST(FallExperiment, PlansAsItsOptionsSay) {
   const auto [quick, problem] = run();
   EXPECT_FALSE(quick.refused);
   const FallPlan best = planExactly(problem, quick.trial.start);
-  EXPECT_EQ(quick.plan.cost, planQuickly(problem, ValueTable(problem), quick.trial.start).cost);
+  EXPECT_FALSE(std::filesystem::is_empty(tables.path()));
+  const ValueTable table = cachedTable(problem, {}, tables.path());
+  EXPECT_EQ(quick.plan.cost, planQuickly(problem, table, quick.trial.start).cost);
   options.exact = true;
   EXPECT_EQ(run().first.plan.cost, best.cost);
   // A given plan is followed, whatever the fall is like, and so is one that is not made anew.
