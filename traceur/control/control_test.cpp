@@ -177,6 +177,28 @@ TEST(StablePd, CountsWhatMotorsExertAndNothingElse) {
   for (const sim::JointGain& g : none.gains()) EXPECT_EQ(g.kp + g.kd, 0);
 }
 
+TEST(StablePd, LimitsEachJointByItsOwnSpeedAndTorque) {
+  const auto model = bioloid();
+  sim::World world(model);
+  sim::State state = model->initialState();
+  state.q[2] += 1;
+  for (const sim::Joint& j : model->joints()) state.v[j.v] = j.v % 2 == 0 ? 11.4 : 0;
+  world.reset(state);
+  StablePd pd = defaultController(model);
+  for (size_t i = 0; i < 16; ++i) {
+    pd.limits()[i].torque = 0.1 + 0.01 * static_cast<double>(i);
+    pd.gains()[i] = {1000, 0.1};
+  }
+  for (const auto clamp : {StablePd::Clamp::kSum, StablePd::Clamp::kOwn}) {
+    VectorXd tau = VectorXd::Zero(model->nv());
+    pd.addTorque(world.snapshot(), {VectorXd::Constant(16, 9)}, tau, clamp);
+    for (size_t i = 0; i < 16; ++i) {
+      const int d = model->joints()[i].v;  // half of it at 19/20 of 12 rad/s
+      EXPECT_NEAR(tau[d], (d % 2 == 0 ? 0.5 : 1) * (0.1 + 0.01 * static_cast<double>(i)), 1e-12);
+    }
+  }
+}
+
 TEST(StablePd, ByDefaultHasTheRobotsGainsWhereItSaysThem) {
   sim::Robot robot = sim::Robot::fromFile("models/bioloid-gp/robot.toml");
   robot.gains = {{"l_shin", {7, 0.5}}, {"r_hand", {3, 0.25}}};
