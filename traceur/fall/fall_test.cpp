@@ -1344,8 +1344,11 @@ TEST(PoseSolver, FindsAPoseThatNoSmallMoveBetters) {
     world.place(stance);
     const double height = body.com(world.snapshot()).y();
     const std::vector<MovedJoint> joints = movedJoints(body, *falls);
-    sim::State from = stance;  // from another pose, turned
-    for (const MovedJoint& j : joints) from.q[model.joint(j.name).q] += 0.15;
+    sim::State from = stance;  // from another pose, turned, beyond some of the limits
+    for (size_t i = 0; i < joints.size(); ++i) {
+      double& q = from.q[model.joint(joints[i].name).q];
+      q = i % 3 == 0 ? q + 0.15 : i % 3 == 1 ? joints[i].min - 0.1 : joints[i].max + 0.1;
+    }
     const Eigen::Quaterniond turned =
         Eigen::AngleAxisd(0.2, sim::Vector3d::UnitY()) *
         Eigen::Quaterniond(stance.q[3], stance.q[4], stance.q[5], stance.q[6]);

@@ -44,7 +44,7 @@ struct ByHand {
         pd(control::defaultController(model)),
         stance(model->stateOf(falls.robot->poses.at(setup.stance))),
         held(control::targetOf(*model, stance)),
-        window(stepsIn(protocol.window)) {
+        window(std::max(1, stepsIn(protocol.window))) {
     for (const std::string& point : setup.graph.nodes[0].points) {
       own.insert(model->body(falls.robot->contacts.at(point).body).value);
     }
@@ -203,10 +203,11 @@ TEST(FallTrial, IsWhatASimulationByHandMeasures) {
   const FallProtocol coarse{
       .time_step = 0.001, .window = 0.012, .settle = 0.9, .ground = {.compliance = 0.006}};
   const FallProtocol fine{.settle = 0.5};
+  const FallProtocol by_step{.time_step = 0.001, .window = 0.0001, .settle = 0.9};
   for (const auto& [falls, setup, protocol, push, strategy] :
        {std::tuple(&bioloid, 0, &coarse, Push{1.5, 0.08}, Strategy::kHold),
         std::tuple(&bioloid, 0, &fine, Push{2}, Strategy::kLimp),
-        std::tuple(&bioloid, 0, &coarse, Push{0}, Strategy::kDamp),
+        std::tuple(&bioloid, 0, &by_step, Push{0}, Strategy::kDamp),
         std::tuple(&bioloid, 0, &coarse, Push{3}, Strategy::kTuck),
         std::tuple(&atlas, 2, &coarse, Push{700, 0.06}, Strategy::kTuck)}) {
     SCOPED_TRACE(nameOf(strategy));

@@ -541,6 +541,8 @@ TEST(PlanLibrary, HoldsAllOfAProblem) {
   EXPECT_EQ(l.rod_rates, 3U);
   EXPECT_EQ(l.stall_stops, 1U);
   ASSERT_EQ(l.nodes, 3U);
+  size_t size = sizeof l + 3 * sizeof(fall_library_node) + 3 * sizeof(fall_library_edge) +
+                sizeof(float) * values.size();
   size_t value = 0;
   for (std::uint32_t i = 0; i < 3; ++i) {
     const fall_library_node& n = *fall_node(&l, i);
@@ -572,8 +574,10 @@ TEST(PlanLibrary, HoldsAllOfAProblem) {
         wrong += (bits[b / 8] >> (b % 8) & 1) != reach.marked()[b];
       }
       EXPECT_EQ(wrong, 0U);
+      size += (reach.marked().size() + 31) / 32 * 4;
     }
   }
+  EXPECT_EQ(bytes.size(), size);  // and no more
   EXPECT_EQ(tableFromLibrary(bytes, p, "file").values(), values);
   p.stall = Stall::kLiteral;
   EXPECT_EQ(Aligned(compileLibrary(p, table, {})).l->stall_stops, 0U);
@@ -628,10 +632,12 @@ TEST(PlanLibrary, ATableIsTakenFromDiskWhereItCanBe) {
   p.horizon = 0.4;
   const ValueTable made(p);
   const TestFolder folder;
+  const std::string name = fmt::format("{:016x}.fallplan", fingerprintOf(p));
   EXPECT_EQ(cachedTable(p, {}, "").values(), made.values());
+  EXPECT_FALSE(std::filesystem::exists(name));  // nowhere, not here
   EXPECT_EQ(cachedTable(p, {"r", "s", "d"}, folder / "new").values(), made.values());
   const auto file = std::filesystem::directory_iterator(folder / "new")->path();
-  EXPECT_EQ(file.filename(), fmt::format("{:016x}.fallplan", fingerprintOf(p)));
+  EXPECT_EQ(file.filename(), name);
   EXPECT_STREQ(Aligned(readFile(file)).l->robot, "r");
   // What lies there is what is given.
   std::vector<float> other(made.values().size(), 7);

@@ -50,10 +50,9 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
     return pose;
   };
 
-  VectorXd x(n);
+  VectorXd x = VectorXd::Zero(n);
   VectorXd lower(n);
   VectorXd upper(n);
-  x[2] = 0;
   for (int i = 0; i < 3; ++i) {
     lower[i] = i == 2 ? -2 * std::numbers::pi : -20;
     upper[i] = -lower[i];
@@ -64,7 +63,6 @@ sim::State PoseSolver::solve(const std::vector<Goal>& goals, const Vector2d& com
     x[3 + i] = std::clamp(from.q[model.joint(joints_[i].name).q], lower[3 + i], upper[3 + i]);
   }
   // Begins where the pivot is on its place.
-  x[0] = x[1] = 0;
   world_.place(pose_of(x));
   const Vector2d pivot = body_->node(world_.snapshot(), goals.front().node) - goals.front().place;
   x[0] = -pivot.x() / height_;
