@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -1190,7 +1191,7 @@ TEST(FallRobot, MovesJointsWithinWhatBothFilesAllow) {
   for (const bool upper : {false, true}) {
     const FallRobot endless = changed(some, [&](sim::Robot& robot) {
       (upper ? robot.limits.at("l_thigh").max : robot.limits.at("l_thigh").min) =
-          upper ? INFINITY : -INFINITY;
+          (upper ? 1 : -1) * std::numeric_limits<double>::infinity();
     });
     EXPECT_NE(complaint_of(endless).find("the joint l_thigh has no limits"), std::string::npos);
   }
@@ -1394,8 +1395,9 @@ TEST(PoseSolver, FindsAPoseThatNoSmallMoveBetters) {
     EXPECT_EQ(pose.q[1], 0);
     const double best = cost(pose, true);
     for (const double by : {-0.01, 0.01}) {
-      const auto worse = [&](const sim::State& moved, const std::string& what) {
-        EXPECT_GT(cost(moved, true), best - 1e-7) << name << setup << " " << what << by;
+      const auto worse = [&, who = name, fall = setup](const sim::State& moved,
+                                                       const std::string& what) {
+        EXPECT_GT(cost(moved, true), best - 1e-7) << who << fall << " " << what << by;
       };
       sim::State moved = pose;
       moved.q[0] += by * height;

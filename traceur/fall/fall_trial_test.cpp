@@ -597,16 +597,16 @@ TEST(FallMotion, OfAPlanWithoutContactsIsARestOverThoseThatWereMade) {
   EXPECT_EQ(motion({}).rest.q.size(), 0);  // nothing to do: it has not touched yet
   start.contact = 3;
   const double height = 0.7 * start.pendulum.com().y();
-  const auto expectRest = [&](const std::vector<PoseSolver::Goal>& made,
-                              const std::vector<PoseSolver::Goal>& on, double middle) {
+  const auto expect_rest = [&](const std::vector<PoseSolver::Goal>& made,
+                               const std::vector<PoseSolver::Goal>& on, double middle) {
     const FallMotion m = motion(made);
     EXPECT_TRUE(m.stages.empty());
     EXPECT_LT((m.rest.q - poses.solve(on, {middle, height}, pose).q).norm(), 1e-9);
   };
-  expectRest({{0, {-0.2, 0.03}, 0.1}, {2, {-0.1, 0.02}, 0.1}},
-             {{3, Vector2d::Zero()}, {2, {-0.1, 0}}}, -0.05);
-  expectRest({{2, {0.12, 0.02}}}, {{3, Vector2d::Zero()}, {2, {0.12, 0}}}, 0.06);
-  expectRest({}, {{3, Vector2d::Zero()}}, 0);
+  expect_rest({{0, {-0.2, 0.03}, 0.1}, {2, {-0.1, 0.02}, 0.1}},
+              {{3, Vector2d::Zero()}, {2, {-0.1, 0}}}, -0.05);
+  expect_rest({{2, {0.12, 0.02}}}, {{3, Vector2d::Zero()}, {2, {0.12, 0}}}, 0.06);
+  expect_rest({}, {{3, Vector2d::Zero()}}, 0);
 }
 
 TEST(FallExperiment, PlansAsItsOptionsSay) {
@@ -637,13 +637,14 @@ TEST(FallExperiment, PlansAsItsOptionsSay) {
   EXPECT_EQ(once.trial.com, given.trial.com);
   FallSimulator simulator(*falls, falls->setups[0], options.protocol);
   PoseSolver poses(simulator.body(), *falls);
+  const PendulumModel pendulum = problem.model;
   int asked = 0;
   const FallTrial trial =
       simulator.run({1.5}, Strategy::kPlanned,
                     [&](const FallState& start, const std::vector<PoseSolver::Goal>& made,
                         const sim::State& pose) -> std::optional<FallMotion> {
                       if (asked++ > 0) return std::nullopt;
-                      return motionOf(best, problem.model, simulator.body(), poses, falls->tracking,
+                      return motionOf(best, pendulum, simulator.body(), poses, falls->tracking,
                                       start, made, pose);
                     });
   EXPECT_GT(asked, 1);

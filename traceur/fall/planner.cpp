@@ -154,7 +154,8 @@ double PlanSearch::costToGo(const FallState& x, double bound, size_t depth,
   for (const PlannedContact* c : level.chosen) {
     if (prunes_ && c->impact.impulse >= best) continue;
     ++effort.actions;
-    const double limit = prunes_ ? best : kInfinity;
+    double limit = kInfinity;
+    if (prunes_) limit = best;
     const double rest = costToGo(c->next(), limit, depth + 1, level.deeper);
     const double cost = std::max(c->impact.impulse, rest);
     if (!(cost < best)) continue;

@@ -384,7 +384,7 @@ TEST(Scene, MotorsAndLimitsAreTheRobotsOwn) {
   for (const char* compiler : {"", "<compiler angle='radian'/>", "<compiler angle='degree'/>",
                                "<compiler angle='radian'/><compiler angle='degree'/>",
                                "<compiler angle='radian'/><compiler coordinate='local'/>"}) {
-    file("motors/robot.xml", std::string("<mujoco>") + compiler + before + arms + "</mujoco>");
+    file("motors/robot.xml", fmt::format("<mujoco>{}{}{}</mujoco>", compiler, before, arms));
     const auto robot = robotOf(file("motors/robot.toml",
                                     "name = \"m\"\nmodel = \"robot.xml\"\n[limits]\n"
                                     "held = { torque = 1, speed = 1, angle = [-0.5, 0.25] }\n"));

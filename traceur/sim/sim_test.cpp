@@ -723,25 +723,25 @@ TEST(World, WhatIsReadIsOfTheStateItIsIn) {
   const auto model = inSpace(0.001, kG);
   World used(model);
   State state = thrown(*model);
-  const auto expectFresh = [&] {
+  const auto expect_fresh = [&] {
     World fresh(model);
     fresh.reset(used.state());
     EXPECT_EQ(used.snapshot().comVelocity(), fresh.snapshot().comVelocity());
     EXPECT_EQ(used.snapshot().angularMomentum(), fresh.snapshot().angularMomentum());
     EXPECT_EQ(used.snapshot().time(), fresh.snapshot().time());
   };
-  expectFresh();
+  expect_fresh();
   state.time = 5;
   used.reset(state);
   EXPECT_EQ(used.snapshot().time(), 5);
   EXPECT_EQ(used.state().time, 5);
-  expectFresh();
+  expect_fresh();
   state.v *= 2;
   used.reset(state);
-  expectFresh();
+  expect_fresh();
   used.step(none(*model));
   EXPECT_NEAR(used.snapshot().time(), 5.001, 1e-9);
-  expectFresh();
+  expect_fresh();
   state.time = 7;
   used.place(state);
   EXPECT_EQ(used.snapshot().time(), 7);
@@ -844,19 +844,19 @@ std::vector<Vector2d> supportOn(const std::vector<Vector2d>& feet) {
 
 TEST(Ground, SupportIsTheHullOfWhateverStands) {
   using Points = std::vector<Vector2d>;
-  const auto expectHull = [](const Points& feet, const Points& hull) {
+  const auto expect_hull = [](const Points& feet, const Points& hull) {
     const Points is = supportOn(feet);
     ASSERT_EQ(is.size(), hull.size());
     for (size_t i = 0; i < hull.size(); ++i) EXPECT_LT((is[i] - hull[i]).norm(), 1e-6) << i;
   };
   // Counter-clockwise from the left, below; what lies within or on an edge is no corner.
-  expectHull({{.25, .5}, {-.25, .5}, {0, .125}, {-.25, -.5}, {.25, -.5}, {.25, 0}, {-.25, .125}},
-             {{-.25, -.5}, {.25, -.5}, {.25, .5}, {-.25, .5}});
-  expectHull({{.5, 0}, {0, .25}, {-.5, 0}, {0, -.25}, {.0625, .0625}},
-             {{-.5, 0}, {0, -.25}, {.5, 0}, {0, .25}});
-  expectHull({{0, .25}, {.5, 0}, {-.5, 0}}, {{-.5, 0}, {.5, 0}, {0, .25}});
-  expectHull({{.5, 0}, {-.5, .25}}, {{-.5, .25}, {.5, 0}});
-  expectHull({{.125, .25}}, {{.125, .25}});
+  expect_hull({{.25, .5}, {-.25, .5}, {0, .125}, {-.25, -.5}, {.25, -.5}, {.25, 0}, {-.25, .125}},
+              {{-.25, -.5}, {.25, -.5}, {.25, .5}, {-.25, .5}});
+  expect_hull({{.5, 0}, {0, .25}, {-.5, 0}, {0, -.25}, {.0625, .0625}},
+              {{-.5, 0}, {0, -.25}, {.5, 0}, {0, .25}});
+  expect_hull({{0, .25}, {.5, 0}, {-.5, 0}}, {{-.5, 0}, {.5, 0}, {0, .25}});
+  expect_hull({{.5, 0}, {-.5, .25}}, {{-.5, .25}, {.5, 0}});
+  expect_hull({{.125, .25}}, {{.125, .25}});
 }
 
 TEST(Ground, OnlyWhatIsFixedSupports) {
