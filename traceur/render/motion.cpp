@@ -38,7 +38,7 @@ std::vector<Flight> flightsOf(const sim::Model& model, const std::vector<sim::Fr
   for (size_t i = 0; i < frames.size(); ++i) {
     const bool grounded = isGrounded(model, frames[i]);
     if (!grounded && was_grounded) begin = i;
-    if (grounded && !was_grounded && i > 0) {
+    if (grounded && !was_grounded) {
       const Flight flight = {begin, i};
       if (duration(flight) >= kLeastFlight) flights.push_back(flight);
     }
@@ -103,8 +103,8 @@ sim::Frame frameAt(const sim::Model& model, const sim::Recording& recording, dou
 }
 
 std::string phaseName(const sim::Recording& recording, const sim::Frame& frame) {
-  const size_t phase = static_cast<size_t>(frame.phase);
-  return frame.phase >= 0 && phase < recording.phases.size() ? recording.phases[phase] : "";
+  const size_t phase = static_cast<size_t>(frame.phase);  // -1 becomes more than there are
+  return phase < recording.phases.size() ? recording.phases[phase] : "";
 }
 
 std::vector<PhaseStart> phaseStarts(const sim::Recording& recording) {

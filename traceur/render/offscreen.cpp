@@ -189,10 +189,7 @@ Offscreen::State::State(std::shared_ptr<const sim::Model> model_in,
       prop_geoms.push_back(g);
     }
   }
-  if (robot_geoms.empty()) {
-    robot_geoms = all_geoms;
-    prop_geoms.clear();
-  }
+  if (robot_geoms.empty()) robot_geoms = all_geoms;
   mj_kinematics(m, d);
   const Box box = robotBox(kWorldAxes);
   size = robot_geoms.empty() ? m->stat.extent : (box.high - box.low).maxCoeff();
@@ -247,7 +244,6 @@ void Offscreen::State::pose(const sim::Frame& frame) {
                                  m->nq, frame.state.q.size()));
   }
   if (!frame.state.q.allFinite()) throw InputError("cannot draw a frame whose q holds NaN");
-  d->time = frame.state.time;
   std::copy_n(frame.state.q.data(), m->nq, d->qpos);
   mj_kinematics(m, d);
   mj_comPos(m, d);
@@ -441,9 +437,7 @@ void Offscreen::State::overlay(const sim::Frame& frame, const Camera& camera,
   if (draw.contact_forces) {
     std::map<int, BodyForce> forces;
     const auto add = [&](int body, int other, const Vector3d& p, const Vector3d& f) {
-      if (body >= m->nbody || other >= m->nbody || !model->isRobot({body}) ||
-          model->isRobot({other}))
-        return;
+      if (!model->isRobot({body}) || model->isRobot({other}) || other >= m->nbody) return;
       BodyForce& sum = forces[body];
       sum.weighted += f.norm() * p;
       sum.weight += f.norm();

@@ -58,11 +58,6 @@ SidedName sidedName(const std::string& name) {
   return {Side::kNone, name};
 }
 
-bool isSlide(const sim::Model& model, const sim::Joint& joint) {
-  const mjModel* m = model.raw();
-  return m->jnt_type[m->dof_jntid[joint.v]] == mjJNT_SLIDE;
-}
-
 }  // namespace
 
 Figure jointFigure(const sim::Recording& recording) {
@@ -85,7 +80,7 @@ Figure jointFigure(const sim::Recording& recording) {
     series.x = times;
     for (const sim::Frame& f : recording.frames) series.y.push_back(f.state.q[j.q]);
     const SidedName s = sidedName(j.name);
-    const char* unit = isSlide(*model, j) ? "position [m]" : "angle [rad]";
+    const char* unit = j.slides ? "position [m]" : "angle [rad]";
     if (s.side != Side::kNone && members[s.base] == 2) {
       const auto [at, is_new] = panel_of.emplace(s.base, figure.panels.size());
       if (is_new) {
