@@ -390,6 +390,8 @@ Image Offscreen::State::render(const Camera& camera) {
   view.elevation = direction.elevation;
   view.distance = camera.distance;
   std::copy_n(camera.look_at->data(), 3, view.lookat);
+  // The scene's endless ground is laid out about where its camera was last.
+  mjv_updateCamera(m, d, &view, &scene);
 
   const bool fine = options.quality == Quality::kFine;
   const int passes = fine ? kPasses : 1;

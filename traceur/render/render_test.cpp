@@ -1150,6 +1150,78 @@ TEST(Offscreen, FogTakesTheGroundFromFiveSizesToEighteen) {
   }
 }
 
+/// A ball half a metre above the ground, in a sun that shines along +y or against it.
+std::string sunlit(double y) {
+  return R"(<mujoco><visual><headlight ambient=".4 .4 .4" diffuse="0 0 0" specular="0 0 0"/>
+    </visual><worldbody><light directional="true" dir="0 )" +
+         std::to_string(y) + R"( -1" pos="0 0 4" diffuse=".5 .5 .5" specular="0 0 0"/>
+    <geom type="plane" size="1 1 1" rgba=".8 .8 .8 1"/>
+    <body pos="0 0 0.5"><freejoint/><geom size="0.1" rgba="1 0 0 1"/></body>
+    </worldbody></mujoco>)";
+}
+
+TEST(Offscreen, AShadowLiesWhereTheSunThrowsIt) {
+  const auto model = sim::Model::fromMjcf(sunlit(0.5));
+  sim::Frame frame;
+  frame.state = model->initialState();
+  Camera camera = {.view = View::kFront, .look_at = Vector3d(0, 0, 0.2), .distance = 2.5};
+  const Eye eye = {180, -10};
+  Image fine;
+  for (const Quality quality : {Quality::kFast, Quality::kFine}) {
+    Offscreen offscreen(model, {.width = 240, .height = 160, .quality = quality});
+    const Image image = offscreen.draw(frame, camera);
+    const auto level = [&](const Image& picture, double y) {
+      const Vector2d at = seenAt(eye, camera, 240, 160, {0, y, 0});
+      return int(picture.at(static_cast<int>(at.x()), static_cast<int>(at.y())).r);
+    };
+    const int lit = level(image, -0.25);
+    const int dark = level(image, 0.25);
+    EXPECT_LT(dark, lit - 60);
+    EXPECT_NEAR(level(image, 0.25 + 0.22), lit, 4);
+    EXPECT_NEAR(level(image, 0.25 - 0.22), lit, 4);
+    // From dark to lit it takes the sun's width, of 0.07 rad, over the way of 0.56 m; fast
+    // pictures show a sun without width.
+    int between = 0;
+    for (int x = 120; x < 240; ++x) {
+      const int row = static_cast<int>(seenAt(eye, camera, 240, 160, {0, 0.25, 0}).y());
+      const int r = image.at(x, row).r;
+      between += r > dark + 10 && r < lit - 10;
+    }
+    // Far from the world's origin nothing is different.
+    const Vector3d away(40, -60, 0);
+    sim::Frame there = frame;
+    there.state.q.head<3>() += away;
+    Camera moved = camera;
+    *moved.look_at += away;
+    const Image other = offscreen.draw(there, moved);
+    int different = 0;
+    for (size_t i = 0; i < image.rgb.size(); ++i) {
+      different += std::abs(image.rgb[i] - other.rgb[i]) > 12;
+    }
+    EXPECT_LT(different, 60);
+    // A picture does not depend on those drawn before.
+    EXPECT_EQ(offscreen.draw(frame, camera).rgb, image.rgb);
+    if (quality == Quality::kFast) {
+      EXPECT_LT(between, 3);
+    } else {
+      EXPECT_GT(between, 3);
+      EXPECT_LT(between, 9);
+    }
+    fine = image;
+  }
+  // The mirrored scene gives the mirrored picture.
+  const auto mirrored = sim::Model::fromMjcf(sunlit(-0.5));
+  Offscreen offscreen(mirrored, {.width = 240, .height = 160});
+  const Image image = offscreen.draw(frame, camera);
+  int different = 0;
+  for (int y = 0; y < 160; ++y) {
+    for (int x = 0; x < 240; ++x) {
+      different += std::abs(image.at(x, y).r - fine.at(239 - x, y).r) > 25;
+    }
+  }
+  EXPECT_LT(different, 60);
+}
+
 TEST(Offscreen, CameraFollowsSmoothlyOrStandsStill) {
   sim::Recording r = jump();
   for (size_t i = 0; i < r.frames.size(); ++i) r.frames[i].state.q[0] += i % 2 ? 0.01 : -0.01;
