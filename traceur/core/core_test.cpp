@@ -1,14 +1,19 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <limits>
 #include <memory>
 #include <set>
+#include <thread>
 
 #include "traceur/core/error.h"
+#include "traceur/core/file_lock.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/random.h"
@@ -143,6 +148,20 @@ TEST(Random, BelowIsUniform) {
   for (const int c : count) EXPECT_NEAR(c, 10000, 5 * std::sqrt(8000));
 }
 
+TEST(Random, BelowAnyNumberIsFair) {
+  // Of more than half of all numbers, those beyond are drawn again.
+  const std::uint64_t n = 3ULL << 62;
+  Random random(5);
+  Random bits(5);
+  int again = 0;
+  for (int i = 0; i < 200; ++i) {
+    std::uint64_t b = bits.bits();
+    for (; b >= n; b = bits.bits()) ++again;
+    EXPECT_EQ(random.below(n), b);
+  }
+  EXPECT_NEAR(again, 200 / 3.0, 45);  // a quarter of all
+}
+
 TEST(ThreadPool, RunsEachIndexOnce) {
   for (const int threads : {1, 2, 7}) {
     ThreadPool pool(threads);
@@ -168,6 +187,40 @@ TEST(ThreadPool, RethrowsTheSmallestIndexAndGoesOn) {
               "3");
     EXPECT_EQ(done, 50);
   }
+}
+
+TEST(ThreadPool, AFailureIsOfItsOwnCall) {
+  ThreadPool pool(2);
+  for (const int at : {3, 7}) {
+    const auto work = [&](int i) {
+      if (i >= at) throw InputError(std::to_string(i));
+    };
+    EXPECT_EQ(messageOf([&] { pool.forEach(10, work); }), std::to_string(at));
+  }
+  EXPECT_EQ(messageOf([&] { pool.forEach(10, [](int) {}); }), "");
+}
+
+TEST(ThreadPool, WorksAtOnceAndIsDoneWhenAllAre) {
+  for (const int threads : {0, -1, 1}) {
+    const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    EXPECT_EQ(ThreadPool(threads).threads(), threads == 1 ? 1 : processors);
+  }
+  ThreadPool pool(3);
+  std::atomic<int> begun = 0;
+  std::atomic<int> ended = 0;
+  const auto caller = std::this_thread::get_id();
+  pool.forEach(3, [&](int) {
+    ++begun;
+    // Only where all three have begun does any go on.
+    for (int i = 0; i < 1000 && begun < 3; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    if (std::this_thread::get_id() != caller) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    if (begun == 3) ++ended;
+  });
+  EXPECT_EQ(ended, 3);
 }
 
 TEST(Text, SuggestsTheNearestNameOrNone) {
@@ -196,6 +249,53 @@ TEST(Text, NearIsAThirdOfTheLengthOrOneEdit) {
   EXPECT_TRUE(near("ABCDEF", "abcdef"));
   const std::vector<std::string> names = {"abcxyf", "abcdxf", "abcdyf"};
   EXPECT_EQ(didYouMean("abcdef", names), " Did you mean \"abcdxf\"?");  // nearest, then first
+}
+
+/// Edits that turn a into b, by trying everything.
+int edits(std::string_view a, std::string_view b) {
+  if (a.empty() || b.empty()) return static_cast<int>(a.size() + b.size());
+  int least = std::min({edits(a.substr(1), b) + 1, edits(a, b.substr(1)) + 1,
+                        edits(a.substr(1), b.substr(1)) + (a[0] == b[0] ? 0 : 1)});
+  if (a.size() > 1 && b.size() > 1 && a[0] == b[1] && a[1] == b[0]) {
+    least = std::min(least, edits(a.substr(2), b.substr(2)) + 1);
+  }
+  return least;
+}
+
+TEST(Text, TheNearestIsThatOfTheFewestEdits) {
+  Random random(7);
+  const auto word = [&](size_t least) {
+    std::string text(least + random.below(3), ' ');
+    for (char& c : text) c = static_cast<char>('a' + random.below(3));
+    return text;
+  };
+  for (const size_t size : {1, 2, 4}) {
+    for (int i = 0; i < 60; ++i) {
+      const std::string said = word(size);
+      const std::vector<std::string> names = {word(size), word(size), word(size)};
+      int least = std::max(1, static_cast<int>(said.size()) / 3) + 1;
+      std::string expected;
+      for (const std::string& name : names) {
+        const int d = said.size() >= 3 && name.starts_with(said) ? 1 : edits(said, name);
+        if (d < least) {
+          least = d;
+          expected = " Did you mean \"" + name + "\"?";
+        }
+      }
+      EXPECT_EQ(didYouMean(said, names), expected) << said << ": " << join(names);
+    }
+  }
+}
+
+TEST(Text, OnlyWordsOfUpToAHundredBytesAreCompared) {
+  const auto is_near = [](size_t word, size_t name) {
+    const std::vector<std::string> names = {std::string(name, 'a')};
+    return !didYouMean(std::string(word, 'a'), names).empty();
+  };
+  EXPECT_TRUE(is_near(100, 99));
+  EXPECT_TRUE(is_near(99, 100));
+  EXPECT_FALSE(is_near(101, 100));
+  EXPECT_FALSE(is_near(100, 101));
 }
 
 TEST(Text, ANumberIsTheWholeText) {
@@ -278,6 +378,81 @@ TEST(Toml, CollectsAllMistakesWithTheirPlaces) {
             "f.toml:6:5: \"f\": expected a list of 2 finite numbers");
 }
 
+TEST(Toml, EachAccessorReadsItsKindAndRefusesOthers) {
+  const TomlValue doc = parseToml(
+      "n = 2.5\nflag = true\nword = \"x\"\nwords = [\"a\", \"b\"]\npair = [1, -2]\nday = "
+      "1979-05-27\n"
+      "[t]\nz = 1\ny = 2\n[[list]]\ni = 1\n[[list]]\ni = 2\n",
+      "f");
+  Diagnostics d("f");
+  const TomlReader r(doc, d);
+  EXPECT_TRUE(r.has("n"));
+  EXPECT_FALSE(r.has("m"));
+  EXPECT_EQ(r.number("n"), 2.5);
+  EXPECT_EQ(r.number("m", 7), 7);
+  EXPECT_EQ(r.numberOrInfinity("n"), 2.5);
+  EXPECT_TRUE(r.boolean("flag", false));
+  EXPECT_FALSE(r.boolean("none", false));
+  EXPECT_TRUE(r.boolean("none", true));
+  EXPECT_EQ(r.string("word"), "x");
+  EXPECT_EQ(r.string("none", "y"), "y");
+  EXPECT_EQ(r.string("day"), "a date");
+  EXPECT_EQ(r.strings("words"), std::vector<std::string>({"a", "b"}));
+  EXPECT_EQ(r.numbers("pair", 2), std::vector<double>({1, -2}));
+  EXPECT_EQ(r.table("t").names(), std::vector<std::string>({"z", "y"}));
+  EXPECT_EQ(r.table("t").number("y"), 2);
+  EXPECT_TRUE(r.table("none").names().empty());
+  const auto list = r.tables("list");
+  ASSERT_EQ(list.size(), 2U);
+  EXPECT_EQ(list[1].number("i"), 2);
+  EXPECT_TRUE(r.tables("none").empty());
+  r.finish();
+  r.table("t").finish();
+  EXPECT_EQ(messageOf([&] { d.throwIfAny(); }),
+            "f:8:5: \"z\": no such key here. Known: \nf:9:5: \"y\": no such key here. Known: ");
+
+  /// What is said of a wrong key, and that reading goes on with nothing in its place.
+  const auto said = [&](const auto& read) {
+    Diagnostics wrong("f");
+    read(TomlReader(doc, wrong));
+    return messageOf([&] { wrong.throwIfAny(); });
+  };
+  using R = const TomlReader&;
+  EXPECT_EQ(said([](R w) { EXPECT_EQ(w.number("flag"), 0); }),
+            "f:2:8: \"flag\": expected a finite number, got true or false");
+  EXPECT_EQ(said([](R w) { EXPECT_EQ(w.number("none"), 0); }),
+            "f:1:1: \"none\" is missing: expected a number");
+  EXPECT_EQ(said([](R w) { EXPECT_EQ(w.numberOrInfinity("words"), 0); }),
+            "f:4:9: \"words\": expected a finite number, got a list");
+  EXPECT_EQ(said([](R w) { EXPECT_EQ(w.string("n"), ""); }),
+            "f:1:5: \"n\": expected text, got a number");
+  EXPECT_EQ(said([](R w) { EXPECT_EQ(w.string("t", "other"), "other"); }),
+            "f:7:1: \"t\": expected text, got a table");
+  EXPECT_EQ(said([](R w) { EXPECT_TRUE(w.boolean("word", true)); }),
+            "f:3:8: \"word\": expected true or false, got text");
+  EXPECT_EQ(said([](R w) { EXPECT_TRUE(w.strings("none").empty()); }),
+            "f:1:1: \"none\" is missing: expected a list of names");
+  EXPECT_EQ(said([](R w) { w.strings("pair"); }), "f:5:8: \"pair\": expected a list of names");
+  EXPECT_EQ(said([](R w) { w.strings("word"); }), "f:3:8: \"word\": expected a list of names");
+  EXPECT_EQ(said([](R w) { EXPECT_EQ(w.numbers("none", 2), std::vector<double>(2)); }),
+            "f:1:1: \"none\" is missing: expected a list of 2 finite numbers");
+  EXPECT_EQ(said([](R w) { w.numbers("n", 1); }),
+            "f:1:5: \"n\": expected a list of 1 finite numbers, got a number");
+  EXPECT_EQ(said([](R w) { w.numbers("pair", 1); }),
+            "f:5:8: \"pair\": expected a list of 1 finite numbers");
+  EXPECT_EQ(said([](R w) { w.numbers("words", 2); }),
+            "f:4:9: \"words\": expected a list of 2 finite numbers");
+  EXPECT_EQ(said([](R w) { EXPECT_TRUE(w.table("n").names().empty()); }),
+            "f:1:5: \"n\": expected a table, got a number");
+  EXPECT_EQ(said([](R w) { w.table("none").number("x"); }),
+            "f: \"x\" is missing: expected a number");
+  EXPECT_EQ(said([](R w) { EXPECT_TRUE(w.tables("t").empty()); }),
+            "f:7:1: \"t\": expected [[t]] tables, got a table");
+  EXPECT_EQ(said([](R w) { EXPECT_TRUE(w.tables("pair").empty()); }),
+            "f:5:9: \"pair\": expected a table, got a number\n"
+            "f:5:12: \"pair\": expected a table, got a number");
+}
+
 TEST(Toml, SyntaxErrorsNameLineAndColumn) {
   const std::string message = messageOf([] { parseToml("a = 1\nb = \n", "f.toml"); });
   EXPECT_TRUE(message.starts_with("f.toml:2:")) << message;
@@ -303,6 +478,81 @@ TEST(PendingFile, AFolderIsMadeOnceOrNamed) {
   EXPECT_EQ(messageOf([] { makeFolder(""); }), "");
 }
 
+TEST(PendingFile, AppearsWholeWhenItIsCommitted) {
+  const fs::path dir = scratch();
+  const fs::path file = dir / "a";
+  const std::string large(300000, 'x');
+  {
+    PendingFile first(file);
+    PendingFile second(file);  // beside the other, not over it
+    EXPECT_NE(first.beside(), second.beside());
+    first.write(large);
+    second.write("short");
+    second.write("");
+    std::ofstream(first.plainName(), std::ios::app) << "end";
+    EXPECT_FALSE(fs::exists(file));
+    first.commit();
+    EXPECT_EQ(readFile(file), large + "end");
+    EXPECT_FALSE(fs::exists(first.beside()));
+    second.commit();
+    EXPECT_EQ(readFile(file), "short");
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(dir), {}), 1);
+  const mode_t mask = umask(0);
+  umask(mask);
+  EXPECT_EQ(static_cast<unsigned>(fs::status(file).permissions()), 0666U & ~mask);
+  // What is never committed leaves what was there.
+  { PendingFile(file).write("lost"); }
+  EXPECT_EQ(readFile(file), "short");
+  EXPECT_EQ(std::distance(fs::directory_iterator(dir), {}), 1);
+}
+
+TEST(PendingFile, SaysWhyItCannotBeWritten) {
+  const fs::path dir = scratch();
+  const auto why = [&](const fs::path& file) {
+    return messageOf([&] {
+      PendingFile pending(file);
+      pending.commit();
+    });
+  };
+  EXPECT_EQ(why(""), "cannot write : no file name");
+  EXPECT_EQ(why(dir), "cannot write " + dir.string() + ": it is a directory");
+  EXPECT_EQ(why(dir.string() + "/"), "cannot write " + dir.string() + "/: it is a directory");
+  EXPECT_TRUE(why(dir / "no" / "a").ends_with(": No such file or directory"));
+  PendingFile pending(dir / "a");
+  fs::create_directory(dir / "a");
+  EXPECT_TRUE(messageOf([&] { pending.commit(); }).ends_with("Is a directory"));
+  // A file without a folder is in the one we work in.
+  const fs::path was = fs::current_path();
+  fs::current_path(dir);
+  std::ofstream(".b.1-0.part") << "of a process long gone";
+  PendingFile::sweep("b");
+  EXPECT_FALSE(fs::exists(".b.1-0.part"));
+  {
+    PendingFile here("b");
+    here.write("x");
+    here.commit();
+  }
+  EXPECT_EQ(readFile(dir / "b"), "x");
+  fs::current_path(was);
+}
+
+TEST(PendingFile, OnlyItsOwnPartsAreSwept) {
+  const fs::path dir = scratch();
+  const char* const others[] = {".a.part",      ".a..part",     ".a.1.part",     ".a.-.part",
+                                ".a.-1.part",   ".a.1-.part",   ".a.1-2-3.part", ".a.1x-2.part",
+                                ".a.1-2x.part", ".a.1-2.parts", "a.1-2.part",    ".ab.1-2.part",
+                                ".a.1-2",       ".a.1-2part"};
+  for (const char* other : others) std::ofstream(dir / other).flush();
+  for (const char* own : {".a.1-2.part", ".a.0-0.part", ".a.9876543210-19.part"}) {
+    std::ofstream(dir / own).flush();
+  }
+  PendingFile::sweep(dir / "a");
+  EXPECT_EQ(std::distance(fs::directory_iterator(dir), {}), std::ssize(others));
+  for (const char* other : others) EXPECT_TRUE(fs::exists(dir / other)) << other;
+  PendingFile::sweep(dir / "no" / "a");  // nothing there: nothing to do
+}
+
 TEST(RunFile, KeepsWhatItWasGiven) {
   const fs::path file = scratch() / "deep" / "a.run";
   {
@@ -325,12 +575,65 @@ TEST(RunFile, KeepsWhatItWasGiven) {
   EXPECT_EQ(run.state(), "state-0");
   EXPECT_EQ(run.recording("best"), std::string("\0\1\2", 3));
   EXPECT_EQ(run.recording("worst"), std::nullopt);
+  EXPECT_EQ(run.path(), file);
+}
+
+TEST(RunFile, WhatIsSaidAgainReplaces) {
+  const fs::path file = scratch() / "a.run";
+  {
+    RunFile run = RunFile::create(file, kMeta);
+    EXPECT_EQ(run.state(), std::nullopt);
+    EXPECT_TRUE(run.trials().empty());
+    run.setMeta({{"seed", "2"}, {"more", "ü"}});
+    EXPECT_THROW(run.setMeta({{"a", "b"}, {"bad", "\xff"}}), InputError);
+    EXPECT_EQ(run.meta("a"), std::nullopt);  // all or nothing
+    run.setMeta({{"last", "1"}});
+    for (const int g : {0, 1}) {
+      const TrialRow rows[] = {{g, 0, 1.5, true, "", {1, 2}}, {g, 1, 2, false, "", {3, 4}}};
+      run.appendGeneration(g, rows, "state-" + std::to_string(g), {});
+      run.putRecording("best", "bytes" + std::to_string(g));
+    }
+    EXPECT_THROW(run.appendGeneration(2, {}, "lost", {{"bad", "\xff"}}), InputError);
+  }
+  RunFile run = RunFile::open(file, true);
+  EXPECT_EQ(run.meta("seed"), "2");
+  EXPECT_EQ(run.meta("more"), "ü");
+  EXPECT_EQ(run.meta("skill"), "jump");
+  EXPECT_EQ(run.meta("last"), "1");
+  EXPECT_EQ(run.state(), "state-1");
+  EXPECT_EQ(run.recording("best"), "bytes1");
+  const auto trials = run.trials();
+  ASSERT_EQ(trials.size(), 4U);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(trials[i].generation, static_cast<int>(i / 2));
+    EXPECT_EQ(trials[i].number, static_cast<int>(i % 2));
+    EXPECT_EQ(trials[i].failed, i % 2 == 0);
+    EXPECT_EQ(trials[i].x, std::vector<double>(i % 2 == 0 ? std::vector<double>{1, 2}
+                                                          : std::vector<double>{3, 4}));
+  }
+  run.putRecording("other", "");
+  run.forget({"best", "none"}, {"seed", "more"});
+  EXPECT_EQ(run.recording("other"), "");
+  EXPECT_EQ(run.recording("best"), std::nullopt);
+  EXPECT_EQ(run.meta("more"), std::nullopt);
+  EXPECT_EQ(run.meta("skill"), "jump");
+  // Which generation the state is of, others may read.
+  sqlite3* db = nullptr;
+  sqlite3_open(file.c_str(), &db);
+  std::string generation;
+  const auto keep = [](void* text, int, char** values, char**) {
+    *static_cast<std::string*>(text) = values[0];
+    return 0;
+  };
+  sqlite3_exec(db, "SELECT generation FROM resume", keep, &generation, nullptr);
+  sqlite3_close(db);
+  EXPECT_EQ(generation, "1");
 }
 
 TEST(RunFile, KeepsEveryCostATrialCanHave) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const double costs[] = {NAN,   kInfinity, -kInfinity, 0,    -1.5,   0.1,
-                          1e300, -1e300,    5e-324,     1e16, 1.0 / 3};
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double costs[] = {NAN,   infinity, -infinity, 0,    -1.5,   0.1,
+                          1e300, -1e300,   5e-324,    1e16, 1.0 / 3};
   RunFile run = RunFile::create(scratch() / "a.run", kMeta);
   std::vector<TrialRow> rows;
   for (const double cost : costs) {
@@ -459,7 +762,19 @@ TEST(RunFile, AnEmptyFileNeverBegan) {
   EXPECT_NE(messageOf([&] { RunFile::open(dir / "a.run", true); }).find("before it began"),
             std::string::npos);
   EXPECT_TRUE(RunFile::neverBegan(dir / "a.run"));
+  EXPECT_FALSE(RunFile::neverBegan(dir / "none.run"));
+  EXPECT_FALSE(RunFile::neverBegan(dir));
+  {
+    const FileLock lock = FileLock::take(dir / "a.run");
+    EXPECT_FALSE(RunFile::neverBegan(dir / "a.run"));  // it may be just beginning
+  }
+  EXPECT_TRUE(RunFile::neverBegan(dir / "a.run"));
+  EXPECT_FALSE(fs::exists(dir / "a.run-lock"));
+  std::ofstream(dir / "text.run") << "not empty";
+  EXPECT_FALSE(RunFile::neverBegan(dir / "text.run"));
   RunFile::create(dir / "b.run", kMeta);
+  EXPECT_FALSE(RunFile::neverBegan(dir / "b.run"));
+  std::ofstream(dir / "b.run-journal") << "of no use";
   EXPECT_FALSE(RunFile::neverBegan(dir / "b.run"));
 }
 
@@ -476,6 +791,7 @@ TEST(Text, SplitsAtASeparator) {
   EXPECT_EQ(split("", ','), std::vector<std::string>());
   EXPECT_EQ(split("a", ','), std::vector<std::string>({"a"}));
   EXPECT_EQ(split("a,b c,d", ','), std::vector<std::string>({"a", "b c", "d"}));
+  EXPECT_EQ(split(",a,,b", ','), std::vector<std::string>({"", "a", "", "b"}));
 }
 
 TEST(RunFile, RefusesANewerVersionAndADamagedFile) {

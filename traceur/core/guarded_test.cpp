@@ -1,11 +1,15 @@
 #include "traceur/core/guarded.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
 
 #include "traceur/core/error.h"
 #include "traceur/core/sanitized.h"
@@ -50,6 +54,41 @@ TEST(Guarded, ACrashIsARefusal) {
   });
   EXPECT_TRUE(words.starts_with("file: crashes")) << words;
   EXPECT_TRUE(refusal([]() -> std::string { _exit(7); }).starts_with("file: ends")) << words;
+}
+
+TEST(Guarded, SaysWhatEndedTheWork) {
+  const std::string killed = refusal([]() -> std::string {
+    std::signal(SIGABRT, SIG_DFL);
+    std::abort();
+  });
+  EXPECT_EQ(killed, "file: crashes what makes it ready (signal 6, Aborted)");
+  EXPECT_EQ(refusal([]() -> std::string { _exit(7); }), "file: ends what makes it ready (exit 7)");
+  EXPECT_EQ(refusal([]() -> std::string { _exit(0); }), "file: ends what makes it ready (exit 0)");
+  try {
+    guarded("file", []() -> std::string { throw std::logic_error("a word"); });
+    FAIL() << "nothing was thrown";
+  } catch (const SystemError& e) {
+    EXPECT_STREQ(e.what(), "a word");
+  }
+}
+
+TEST(Guarded, NothingIsLeftOfIt) {
+  const auto open_files = [] {
+    return std::distance(std::filesystem::directory_iterator("/proc/self/fd"),
+                         std::filesystem::directory_iterator());
+  };
+  const auto before = open_files();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(guarded("file", [&] { return std::to_string(open_files()); }),
+              std::to_string(before + 1));  // where its answer goes
+  }
+  EXPECT_EQ(open_files(), before);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+}
+
+TEST(Guarded, WordsOfAnEngineOutsideAbort) {
+  EXPECT_EXIT(failGuarded("the engine's words"), testing::KilledBySignal(SIGABRT),
+              "the engine's words");
 }
 
 TEST(Guarded, WorkWithoutEndIsARefusal) {

@@ -1,13 +1,17 @@
 #include "traceur/core/process.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <optional>
 #include <sstream>
 #include <thread>
 
@@ -203,6 +207,286 @@ TEST(Process, WaitsAreGivenUpWhenAsked) {
   quick.heed(source.get_token(), 10);
   quick.write("1\n");
   EXPECT_EQ(quick.readLine(), "1");  // in time
+}
+
+/// An environment variable's value while it lives; null: none.
+class Variable {
+ public:
+  Variable(const char* name, const char* value) : name_(name) {
+    if (const char* old = getenv(name)) old_ = old;
+    value ? setenv(name, value, 1) : unsetenv(name);
+  }
+  ~Variable() { old_ ? setenv(name_, old_->c_str(), 1) : unsetenv(name_); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> old_;
+};
+
+void program(const fs::path& file, const std::string& text,
+             fs::perms perms = fs::perms::owner_all) {
+  std::ofstream(file) << "#!/bin/sh\n" << text << "\n";
+  fs::permissions(file, perms);
+}
+
+/// All that a program says.
+std::string saidBy(const std::vector<std::string>& argv, std::string_view hidden = {}) {
+  Process p(argv, kTalk, hidden);
+  std::string all;
+  try {
+    while (true) all += p.readLine() + "\n";
+  } catch (const Process::Ended&) {
+    return all;
+  }
+}
+
+TEST(Process, IsLookedUpOnThePathAsAShellDoes) {
+  const TestFolder one;
+  const TestFolder two;
+  program(one / "tool", "echo one");
+  program(two / "tool", "echo two");
+  program(two / "only", "echo only");
+  const std::string first = one.path().string();
+  const std::string second = two.path().string();
+  const auto on = [](const std::string& path, const std::string& name) {
+    const Variable with("PATH", path.c_str());
+    try {
+      return saidBy({name});
+    } catch (const SystemError& e) {
+      return std::string(e.what());
+    }
+  };
+  EXPECT_EQ(on(first + ":" + second, "tool"), "one\n");
+  EXPECT_EQ(on(second + ":" + first, "tool"), "two\n");
+  EXPECT_EQ(on(first + ":" + second, "only"), "only\n");
+  EXPECT_EQ(on(first + ":/nowhere:" + second, "only"), "only\n");
+  EXPECT_EQ(on(first + ":" + (one / "tool").string() + ":" + second, "only"), "only\n");
+  EXPECT_TRUE(on(first, "only").starts_with("cannot run only: it is not on the PATH"));
+  // An empty folder is the one we work in, at the end, too.
+  const fs::path was = fs::current_path();
+  fs::current_path(two.path());
+  EXPECT_EQ(on(first + ":", "only"), "only\n");
+  EXPECT_EQ(on("::" + first, "only"), "only\n");
+  EXPECT_EQ(on("", "only"), "only\n");
+  EXPECT_TRUE(on(first, "only").starts_with("cannot run only"));
+  fs::current_path(was);
+  // One that may not be run is passed over, and named if it is the only one.
+  program(one / "tool", "echo one", fs::perms::owner_read);
+  EXPECT_EQ(on(first + ":" + second, "tool"), "two\n");
+  EXPECT_EQ(on(first + ":/nowhere", "tool"), "cannot run tool: Permission denied");
+  // What is no program of this machine ends the search.
+  std::ofstream(one / "tool") << std::string(
+      "\x7f"
+      "ELF",
+      4);
+  fs::permissions(one / "tool", fs::perms::owner_all);
+  EXPECT_EQ(on(first + ":" + second, "tool"), "cannot run tool: Exec format error");
+  const Variable none("PATH", nullptr);
+  EXPECT_EQ(saidBy({"echo", "found"}), "found\n");
+  EXPECT_EQ(saidBy({"/bin/sh", "-c", "echo \"$0 $1\"", "a b", "*"}), "a b *\n");
+  EXPECT_EQ(on("/nowhere", "gnuplot"),
+            "cannot run gnuplot: it is not on the PATH. Install it (Debian: apt install "
+            "gnuplot-nox)");
+  EXPECT_EQ(on("/nowhere", "ffmpeg"),
+            "cannot run ffmpeg: it is not on the PATH. Install it (Debian: apt install ffmpeg)");
+}
+
+TEST(Process, VariablesThatBeginSoAreKeptFromIt) {
+  const Variable one("TRACEUR_TEST_ONE", "1");
+  const Variable two("TRACEUR_TASTE", "2");
+  EXPECT_NE(saidBy({"env"}).find("TRACEUR_TEST_ONE=1\n"), std::string::npos);
+  const std::string said = saidBy({"env"}, "TRACEUR_TEST");
+  EXPECT_EQ(said.find("TRACEUR_TEST"), std::string::npos);
+  EXPECT_NE(said.find("TRACEUR_TASTE=2\n"), std::string::npos);
+  EXPECT_NE(said.find("PATH="), std::string::npos);
+}
+
+TEST(Process, StartsWithNoSignalBlockedOrIgnored) {
+  sigset_t ours;
+  sigset_t blocked;
+  sigemptyset(&blocked);
+  sigaddset(&blocked, SIGUSR1);
+  sigaddset(&blocked, SIGTERM);
+  sigprocmask(SIG_BLOCK, &blocked, &ours);
+  const auto pipe_was = signal(SIGPIPE, SIG_IGN);
+  const auto size_was = signal(SIGXFSZ, SIG_IGN);
+  const std::string status = saidBy({"cat", "/proc/self/status"});
+  sigset_t now;
+  sigprocmask(SIG_SETMASK, &ours, &now);
+  EXPECT_EQ(sigismember(&now, SIGUSR1), 1);  // and ours are as they were
+  EXPECT_EQ(sigismember(&now, SIGINT), 0);
+  signal(SIGPIPE, pipe_was);
+  signal(SIGXFSZ, size_was);
+  const auto mask = [&](const std::string& what) {
+    const size_t at = status.find("\n" + what + ":\t");
+    EXPECT_NE(at, std::string::npos) << status;
+    return std::stoull(status.substr(at + what.size() + 3), nullptr, 16);
+  };
+  EXPECT_EQ(mask("SigBlk"), 0U);
+  EXPECT_EQ(mask("SigIgn") & (1U << (SIGPIPE - 1)), 0U);
+  EXPECT_EQ(mask("SigIgn") & (1U << (SIGXFSZ - 1)), 0U);
+}
+
+TEST(Process, ItsKeeperIsInNobodysWay) {
+  const TestFolder folder;
+  const fs::path was = fs::current_path();
+  fs::current_path(folder.path());
+  Process program({"sh", "-c", "echo $$ $PPID; pwd; read more"}, kTalk);
+  const std::vector<pid_t> pids = numbers(program.readLine());
+  ASSERT_EQ(pids.size(), 2U);
+  EXPECT_EQ(program.readLine(), folder.path().string());
+  fs::current_path(was);
+  const fs::path keeper = fs::path("/proc") / std::to_string(pids[1]);
+  EXPECT_TRUE(soon([&] { return fs::read_symlink(keeper / "cwd") == "/"; }));
+  std::string name;
+  std::ifstream(keeper / "comm") >> name;
+  EXPECT_EQ(name, "keeper");
+  // Each is the first of a group: what is sent to ours reaches neither.
+  EXPECT_EQ(getpgid(pids[0]), pids[0]);
+  EXPECT_EQ(getpgid(pids[1]), pids[1]);
+}
+
+TEST(Process, WorksWhereTheStandardStreamsAreClosed) {
+  Victim victim([] {
+    const int kept = fcntl(0, F_DUPFD, 100);
+    for (int fd = 0; fd < 3; ++fd) close(fd);
+    Process cat({"sh", "-c", "read x; echo \"heard $x\""}, kTalk);
+    cat.write("us\n");
+    const std::string said = cat.readLine();
+    Process quiet({"sh", "-c", "echo lost; echo words >&2"});
+    const std::string words = quiet.finish();
+    close(kept);
+    return said + ", " + words;
+  });
+  EXPECT_EQ(victim.said(), "heard us, words");
+}
+
+TEST(Process, WithoutDescriptorsItSaysSoAndKeepsNone) {
+  const auto open_files = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  rlimit ours;
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &ours), 0);
+  const auto before = open_files();
+  for (int free = 0; free < 7; ++free) {
+    const rlimit few = {static_cast<rlim_t>(before) + 40, ours.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+    std::vector<int> taken;
+    for (int fd = 0; (fd = open("/dev/null", O_RDONLY)) >= 0;) taken.push_back(fd);
+    for (int i = 0; i < free; ++i) {
+      close(taken.back());
+      taken.pop_back();
+    }
+    EXPECT_EQ(messageOf<SystemError>([] { Process({"true"}); }),
+              "cannot run true: Too many open files")
+        << free;
+    for (const int fd : taken) close(fd);
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &ours), 0);
+    EXPECT_EQ(open_files(), before) << free;
+  }
+  EXPECT_EQ(Process({"true"}).finish(), "");
+  EXPECT_EQ(open_files(), before);
+  messageOf<SystemError>([] { Process({"/no/such/program"}); });
+  EXPECT_EQ(open_files(), before);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);  // and no child is left
+}
+
+TEST(Process, ItsWordsAreTheLastAndTrimmed) {
+  const auto words = [](const std::string& script) {
+    return Process({"sh", "-c", "{ " + script + "; } >&2"}).finish();
+  };
+  EXPECT_EQ(words("true"), "");
+  EXPECT_EQ(words("echo; echo '  two words '; echo"), "two words");
+  EXPECT_EQ(words("echo ' '"), "");
+  EXPECT_EQ(words("printf '%02000d' 7"), std::string(1999, '0') + "7");
+  EXPECT_EQ(words("printf 'x%02000d' 7"), std::string(1999, '0') + "7");
+  // What it prints is nobody's business.
+  Process loud({"sh", "-c", "echo lost; cat >/dev/null"});
+  loud.write("x");
+  EXPECT_EQ(loud.finish(), "");
+}
+
+TEST(Process, KnowsWhetherItWasAnswered) {
+  Process program({"sh", "-c", "read x; printf 'one\\ntwo\\n'; read x; printf 'cut'; exec >&- <&-"},
+                  kTalk);
+  EXPECT_FALSE(program.hasMore());
+  EXPECT_FALSE(program.answersWithin(0.02));
+  program.write("\n");
+  EXPECT_TRUE(program.answersWithin(60));
+  EXPECT_TRUE(program.hasMore());
+  EXPECT_EQ(program.readLine(), "one");
+  EXPECT_TRUE(program.answersWithin(0));
+  EXPECT_TRUE(program.hasMore());
+  EXPECT_EQ(program.readLine(), "two");
+  EXPECT_FALSE(program.hasMore());
+  EXPECT_FALSE(program.answersWithin(0));
+  program.write("\n");
+  EXPECT_TRUE(soon([&] { return program.hasMore(); }));  // not yet heard, but said
+  EXPECT_TRUE(program.answersWithin(60));                // its end
+  EXPECT_EQ(messageOf<Process::Ended>([&] { program.readLine(); }),
+            "sh ended (exit 0) though an answer was due");
+  // More than fits a pipe goes both ways.
+  Process counter({"wc", "-c"}, kTalk);
+  counter.write(std::string(3'000'000, 'x'));
+  EXPECT_FALSE(counter.hasMore());
+  Process cat({"cat"}, kTalk);
+  const std::string line(90'000, 'y');
+  cat.write(line + "\n" + line + "\r\n\n");
+  EXPECT_EQ(cat.readLine(), line);
+  EXPECT_EQ(cat.readLine(), line);
+  EXPECT_EQ(cat.readLine(), "");
+  Process deaf({"sh", "-c", "exec <&-; sleep 0.1; echo why >&2; exit 5"});
+  EXPECT_EQ(messageOf<Process::Ended>([&] { deaf.write(std::string(1'000'000, 'x')); }),
+            "sh failed (exit 5): why");
+  Process sated({"sh", "-c", "exit 0"});
+  EXPECT_EQ(messageOf<Process::Ended>([&] { sated.write(std::string(1'000'000, 'x')); }),
+            "sh stopped before it had read everything");
+}
+
+TEST(FileLock, IsGivenBackOnceByWhoeverHasIt) {
+  const TestFolder dir;
+  const fs::path a = dir / "a";
+  const fs::path b = dir / "b";
+  const auto is_free = [](const fs::path& file) { return FileLock::tryToTake(file).has_value(); };
+  std::optional<FileLock> first = FileLock::take(a);
+  {
+    const FileLock moved = std::move(*first);
+    first.reset();
+    EXPECT_FALSE(is_free(a));
+  }
+  EXPECT_TRUE(is_free(a));
+  {
+    FileLock one = FileLock::take(a);
+    FileLock two = FileLock::take(b);
+    one = std::move(two);
+    EXPECT_FALSE(is_free(b));
+  }
+  EXPECT_TRUE(is_free(a));
+  EXPECT_TRUE(is_free(b));
+  EXPECT_TRUE(fs::is_empty(dir.path()));
+  // A link is not followed when what is left behind is swept.
+  std::ofstream(dir / "other") << "x";
+  fs::create_symlink(dir / "other", dir / "c-lock");
+  FileLock::sweep(dir / "c");
+  EXPECT_TRUE(fs::exists(dir / "other"));
+  EXPECT_TRUE(fs::is_symlink(dir / "c-lock"));
+  FileLock::sweep(dir / "none");
+  // A file that no longer has its name is another's.
+  const int fd = open((dir / "d").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  EXPECT_EQ(lockDescriptor(fd, dir / "d"), Locked::kYes);
+  const int again = open((dir / "d").c_str(), O_RDWR | O_CLOEXEC);
+  EXPECT_EQ(lockDescriptor(again, dir / "d"), Locked::kNo);
+  EXPECT_EQ(lockDescriptor(fd, dir / "other"), Locked::kMoved);
+  EXPECT_EQ(lockDescriptor(fd, dir / "gone"), Locked::kMoved);
+  EXPECT_EQ(lockDescriptor(-1, dir / "d"), Locked::kFailed);
+  close(fd);
+  close(again);
+  EXPECT_NE(messageOf<SystemError>([&] {
+              FileLock::take(dir / "no" / "a");
+            }).find("a-lock: cannot be locked: No such"),
+            std::string::npos);
 }
 
 TEST(FileLock, OneAtATimeUntilItsProcessEnds) {

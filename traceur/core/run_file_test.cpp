@@ -47,9 +47,9 @@ class Changed {
 
 TEST(RunFileOfAStranger, TablesThatAreNotOursAreRefusedBeforeTheyAreRead) {
   for (const char* sql :
-       {"DROP TABLE trial; CREATE VIEW trial AS WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT "
-        "i + 1 FROM n) SELECT i AS generation, 0 AS number, 1.0 AS cost, 0 AS failed, '' AS "
-        "violated, zeroblob(8) AS x FROM n",
+       {("DROP TABLE trial; CREATE VIEW trial AS WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT "
+         "i + 1 FROM n) SELECT i AS generation, 0 AS number, 1.0 AS cost, 0 AS failed, '' AS "
+         "violated, zeroblob(8) AS x FROM n"),
         "DROP TABLE resume", "CREATE TABLE more(a)", "CREATE INDEX i ON trial(cost)",
         "CREATE TRIGGER t AFTER INSERT ON meta BEGIN DELETE FROM meta; END",
         "ALTER TABLE trial ADD COLUMN more"}) {
@@ -71,6 +71,9 @@ TEST(RunFileOfAStranger, ValuesOfOtherTypesAreRefusedByName) {
       {"INSERT INTO trial VALUES(1, 0, 1.0, 0, '', zeroblob(24))", "x: 24 bytes"},
       {"UPDATE trial SET generation = -1", "generation: expected 0 to"},
       {"UPDATE trial SET number = 5000000000", "number: expected 0 to"},
+      {"UPDATE trial SET number = 1000000001", "number: expected 0 to 1000000000, got 1000000001"},
+      {"UPDATE trial SET x = zeroblob(8); INSERT INTO trial VALUES(1, 3, 1.0, 0, '', zeroblob(16))",
+       "x: 16 bytes in trial 3 of generation 1"},
       {"UPDATE meta SET value = x'ff'", "value: expected text"},
       {"UPDATE meta SET value = CAST(x'ff41' AS TEXT)", "value: expected UTF-8"},
       {"UPDATE resume SET state = NULL", "state: expected bytes"},
@@ -83,6 +86,7 @@ TEST(RunFileOfAStranger, ValuesOfOtherTypesAreRefusedByName) {
   }
   EXPECT_EQ(Changed("UPDATE trial SET cost = NULL; UPDATE trial SET failed = 1").refusal(), "");
   EXPECT_EQ(Changed("UPDATE trial SET cost = 2").refusal(), "");
+  EXPECT_EQ(Changed("UPDATE trial SET number = 1000000000, generation = 0").refusal(), "");
 }
 
 TEST(RunFileOfAStranger, WhatCannotBeReadAgainIsNotWritten) {

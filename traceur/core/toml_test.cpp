@@ -51,7 +51,36 @@ TEST(HostileToml, DotsElsewhereAreNoKey) {
             "");
 }
 
+TEST(HostileToml, AKeyHasAtMostSixteenDots) {
+  const std::string deep = repeated("a.", 17) + "b";
+  EXPECT_EQ(refusal(repeated("a.", 16) + "b = 1\n"), "");
+  EXPECT_EQ(refusal(deep + " = 1\n"), "f.toml:1:1: a key of more than 16 dots: expected fewer");
+  // Wherever a text ends, what follows it on its line counts.
+  for (const char* text : {"''", "'x'", "'x\\'", "'\"'", "\"\"", "\"x\"", "\"'\"", "\"x\\\"y\"",
+                           "\"x\\\\\"", "'''x'''", "'''x'y''z'''", "''''''",
+                           "\"\"\"x\"y\"\"z\"\"\"", "\"\"\"\\\"\"\"\"", "1", "[1]", "{c = 1}"}) {
+    EXPECT_TRUE(refusal("a = {x = " + std::string(text) + ", " + deep + " = 1}")
+                    .starts_with("f.toml:1:1: a key"))
+        << text;
+  }
+  // The lines within texts, and those of comments, are counted.
+  EXPECT_TRUE(
+      refusal("a = '''\n\n'''\n# it's \"\n" + deep + " = 1").starts_with("f.toml:5:1: a key"));
+  EXPECT_TRUE(refusal("a = 'open\n" + deep + " = 1").starts_with("f.toml:2:1: a key"));
+  EXPECT_EQ(refusal("# " + deep), "");
+  EXPECT_EQ(refusal("x = '" + deep + "'"), "");
+  EXPECT_EQ(refusal("x = 'a\\'  # " + deep), "");
+  // Other keys and numbers begin anew.
+  const std::string ten = repeated("a.", 10) + "b";
+  EXPECT_EQ(
+      refusal(ten + " = 1.5\n[" + ten + "x]\n" + ten + " = [1.5, 2.5]\nc = {" + ten + " = 1.5}"),
+      "");
+}
+
 TEST(HostileToml, WhatIsTooLongIsNotRead) {
+  const std::string most = "#" + std::string((1U << 20) - 1, ' ');
+  EXPECT_EQ(refusal(most), "");
+  EXPECT_EQ(refusal(most + " "), "f.toml: 1048577 bytes: expected at most 1048576");
   std::string many;
   for (int i = 0; many.size() <= (1u << 20); ++i) many += fmt::format("k{} = 1\n", i);
   EXPECT_NE(refusal(many).find("expected at most 1048576"), std::string::npos);
@@ -111,6 +140,8 @@ TEST(ReadFile, MoreThanAnyTextIsRefused) {
   std::ofstream(folder / "large") << "";
   std::filesystem::resize_file(folder / "large", (64 << 20) + 1);
   EXPECT_TRUE(readingOf(folder / "large").ends_with("expected at most 64 MiB"));
+  std::filesystem::resize_file(folder / "large", 64 << 20);
+  EXPECT_EQ(readingOf(folder / "large").size(), 64U << 20);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 namespace traceur {
 namespace {
 
@@ -19,7 +21,8 @@ TEST(Utf8, TellsCharactersFromOtherBytes) {
   }
   for (const char* wrong :
        {"\x80", "\xc3", "\xc0\xaf", "\xc1\xbf", "\xe0\x9f\xbf", "\xed\xa0\x80", "\xf0\x8f\xbf\xbf",
-        "\xf4\x90\x80\x80", "\xf5\x80\x80\x80", "\xe2\x82", "\xe2\x28\xa1", "\xff"}) {
+        "\xf4\x90\x80\x80", "\xf5\x80\x80\x80", "\xe2\x82", "\xe2\x28\xa1", "\xff", "\xbf\xbf",
+        "\xa2\x80", "\xf8\x90\x80\x80", "\xfc\x80\x80\x80", "\xed\xbf\xbf"}) {
     const Character c = firstCharacter(wrong);
     EXPECT_FALSE(c.valid) << wrong;
     EXPECT_EQ(c.bytes, 1u);
@@ -28,6 +31,25 @@ TEST(Utf8, TellsCharactersFromOtherBytes) {
   EXPECT_TRUE(isUtf8("héllo €"));
   EXPECT_TRUE(isUtf8(""));
   EXPECT_FALSE(isUtf8("fine until \xe9"));
+}
+
+TEST(Utf8, EveryCharacterIsReadAsItIsWritten) {
+  for (char32_t code = 1; code <= 0x10FFFF; ++code) {
+    const size_t bytes = code < 0x80 ? 1 : code < 0x800 ? 2 : code < 0x10000 ? 3 : 4;
+    std::string text(bytes, '\0');
+    char32_t rest = code;
+    for (size_t i = bytes - 1; i > 0; --i, rest >>= 6) {
+      text[i] = static_cast<char>(0x80 | (rest & 0x3F));
+    }
+    const unsigned char leads[] = {0, 0xC0, 0xE0, 0xF0};
+    text[0] = static_cast<char>(leads[bytes - 1] | rest);
+    const Character c = firstCharacter(text);
+    const bool surrogate = code >= 0xD800 && code < 0xE000;
+    ASSERT_EQ(c.valid, !surrogate) << static_cast<unsigned>(code);
+    if (surrogate) continue;
+    ASSERT_EQ(c.code, code);
+    ASSERT_EQ(c.bytes, bytes);
+  }
 }
 
 }  // namespace
