@@ -578,6 +578,33 @@ TEST(RunFile, KeepsWhatItWasGiven) {
   EXPECT_EQ(run.path(), file);
 }
 
+TEST(RunFile, WaitsForAnotherThatReadsAndClosesAll) {
+  const fs::path file = scratch() / "a.run";
+  const auto open_files = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  const auto before = open_files();
+  {
+    RunFile run = RunFile::create(file, kMeta);
+    const mode_t mask = umask(0);
+    umask(mask);
+    EXPECT_EQ(static_cast<unsigned>(fs::status(file).permissions()), 0666U & ~mask);
+    sqlite3* db = nullptr;
+    sqlite3_open(file.c_str(), &db);
+    sqlite3_exec(db, "BEGIN; SELECT * FROM meta", nullptr, nullptr, nullptr);
+    std::thread other([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      sqlite3_exec(db, "COMMIT", nullptr, nullptr, nullptr);
+    });
+    EXPECT_NO_THROW(run.setMeta({{"seed", "3"}}));
+    other.join();
+    sqlite3_close(db);
+  }
+  EXPECT_EQ(RunFile::open(file, false).meta("seed"), "3");
+  EXPECT_FALSE(RunFile::neverBegan(file));
+  EXPECT_EQ(open_files(), before);
+}
+
 TEST(RunFile, WhatIsSaidAgainReplaces) {
   const fs::path file = scratch() / "a.run";
   {
@@ -712,6 +739,10 @@ std::filesystem::path cutOffInACommit(const std::filesystem::path& dir) {
 TEST(RunFile, IsReadRightAfterAKillInsideACommit) {
   const auto dir = scratch();
   const auto file = cutOffInACommit(dir);
+  const auto open_files = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  const auto files = open_files();
   sqlite3* db = nullptr;
   sqlite3_open_v2(file.c_str(), &db, SQLITE_OPEN_READONLY, nullptr);
   EXPECT_EQ(sqlite3_exec(db, "SELECT * FROM trial", nullptr, nullptr, nullptr), SQLITE_READONLY);
@@ -722,6 +753,7 @@ TEST(RunFile, IsReadRightAfterAKillInsideACommit) {
     EXPECT_EQ(run.trials()[7].cost, 1);
     EXPECT_EQ(run.trials()[7].x, std::vector<double>(500, 7));
   }
+  EXPECT_EQ(open_files(), files);
   EXPECT_FALSE(std::filesystem::exists(file.string() + "-journal"));
   EXPECT_FALSE(std::filesystem::exists(file.string() + "-lock"));
 }

@@ -91,6 +91,14 @@ TEST(Guarded, WordsOfAnEngineOutsideAbort) {
               "the engine's words");
 }
 
+TEST(Guarded, WorkThatWaitsForEverIsARefusal) {
+  const auto sleep = [] {
+    while (true) pause();
+    return std::string();
+  };
+  EXPECT_EQ(refusal(sleep, {.seconds = 0}), "file: takes more than 0 s to make ready");
+}
+
 TEST(Guarded, WorkWithoutEndIsARefusal) {
   const auto begin = std::chrono::steady_clock::now();
   const std::string words = refusal(

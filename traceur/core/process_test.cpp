@@ -5,6 +5,8 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +18,7 @@
 #include <thread>
 
 #include "traceur/core/file_lock.h"
+#include "traceur/core/guarded.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/test_folder.h"
 
@@ -363,13 +366,75 @@ TEST(Process, WorksWhereTheStandardStreamsAreClosed) {
   EXPECT_EQ(victim.said(), "heard us, words");
 }
 
+TEST(Process, WhatOneThatTalksComplainsOfIsOurs) {
+  const TestFolder dir;
+  Victim victim([&] {
+    const int to = open((dir / "errors").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    dup2(to, 2);
+    Process program({"sh", "-c", "echo words >&2; echo done"}, kTalk);
+    return program.readLine();
+  });
+  EXPECT_EQ(victim.said(), "done");
+  std::string words;
+  std::ifstream(dir / "errors") >> words;
+  EXPECT_EQ(words, "words");
+}
+
+/// Interrupts this process's waits every few milliseconds while it lives.
+class Interruptions {
+ public:
+  Interruptions() {
+    struct sigaction nothing = {};
+    nothing.sa_handler = [](int) {};
+    sigaction(SIGALRM, &nothing, &was_);
+    const itimerval often = {{0, 3000}, {0, 3000}};
+    setitimer(ITIMER_REAL, &often, nullptr);
+  }
+  ~Interruptions() {
+    const itimerval never = {};
+    setitimer(ITIMER_REAL, &never, nullptr);
+    sigaction(SIGALRM, &was_, nullptr);
+  }
+  Interruptions(const Interruptions&) = delete;
+  Interruptions& operator=(const Interruptions&) = delete;
+
+ private:
+  struct sigaction was_ = {};
+};
+
+TEST(Process, AnInterruptedWaitGoesOn) {
+  std::string first;
+  std::string rest;
+  std::string words;
+  std::string guarded_words;
+  {
+    const Interruptions interruptions;
+    Process slow({"sh", "-c", "sleep 0.05; echo one; sleep 0.05; read x; echo $x | wc -c"}, kTalk);
+    first = slow.readLine();
+    slow.write(std::string(500'000, 'x') + "\n");
+    rest = slow.readLine();
+    Process quiet({"sh", "-c", "sleep 0.05; echo two >&2; exec >&- 2>&- <&-; sleep 0.05"});
+    words = quiet.finish();
+    guarded_words = guarded("file", [] {
+      std::this_thread::sleep_for(50ms);
+      return std::string("three");
+    });
+  }
+  EXPECT_EQ(first, "one");
+  EXPECT_EQ(rest, "500001");
+  EXPECT_EQ(words, "two");
+  EXPECT_EQ(guarded_words, "three");
+}
+
+/// How many files this process has open.
+std::ptrdiff_t openFiles() {
+  return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+}
+
 TEST(Process, WithoutDescriptorsItSaysSoAndKeepsNone) {
-  const auto open_files = [] {
-    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
-  };
   rlimit ours;
   ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &ours), 0);
-  const auto before = open_files();
+  const auto before = openFiles();
   for (int free = 0; free < 7; ++free) {
     const rlimit few = {static_cast<rlim_t>(before) + 40, ours.rlim_max};
     ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
@@ -384,12 +449,12 @@ TEST(Process, WithoutDescriptorsItSaysSoAndKeepsNone) {
         << free;
     for (const int fd : taken) close(fd);
     ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &ours), 0);
-    EXPECT_EQ(open_files(), before) << free;
+    EXPECT_EQ(openFiles(), before) << free;
   }
   EXPECT_EQ(Process({"true"}).finish(), "");
-  EXPECT_EQ(open_files(), before);
+  EXPECT_EQ(openFiles(), before);
   messageOf<SystemError>([] { Process({"/no/such/program"}); });
-  EXPECT_EQ(open_files(), before);
+  EXPECT_EQ(openFiles(), before);
   EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);  // and no child is left
 }
 
@@ -450,10 +515,14 @@ TEST(FileLock, IsGivenBackOnceByWhoeverHasIt) {
   const fs::path a = dir / "a";
   const fs::path b = dir / "b";
   const auto is_free = [](const fs::path& file) { return FileLock::tryToTake(file).has_value(); };
+  const auto files = openFiles();
   std::optional<FileLock> first = FileLock::take(a);
   {
     const FileLock moved = std::move(*first);
     first.reset();
+    const mode_t mask = umask(0);
+    umask(mask);
+    EXPECT_EQ(static_cast<unsigned>(fs::status(a.string() + "-lock").permissions()), 0666U & ~mask);
     EXPECT_FALSE(is_free(a));
   }
   EXPECT_TRUE(is_free(a));
@@ -473,6 +542,10 @@ TEST(FileLock, IsGivenBackOnceByWhoeverHasIt) {
   EXPECT_TRUE(fs::exists(dir / "other"));
   EXPECT_TRUE(fs::is_symlink(dir / "c-lock"));
   FileLock::sweep(dir / "none");
+  std::ofstream(dir / "e-lock").flush();
+  FileLock::sweep(dir / "e");
+  EXPECT_FALSE(fs::exists(dir / "e-lock"));
+  EXPECT_EQ(openFiles(), files);
   // A file that no longer has its name is another's.
   const int fd = open((dir / "d").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   EXPECT_EQ(lockDescriptor(fd, dir / "d"), Locked::kYes);
@@ -517,6 +590,7 @@ TEST(PendingFile, RemovesWhatKilledProcessesLeftAndNothingElse) {
   const auto count = [&] {
     return std::distance(fs::directory_iterator(dir.path()), fs::directory_iterator());
   };
+  const auto files = openFiles();
   std::unique_ptr<PendingFile> theirs;
   Victim victim([&] {
     theirs = std::make_unique<PendingFile>(file);
@@ -537,6 +611,8 @@ TEST(PendingFile, RemovesWhatKilledProcessesLeftAndNothingElse) {
     ours.write("whole");
     ours.commit();
   }
+  { PendingFile(file).write("lost"); }
+  EXPECT_EQ(openFiles(), files);
   EXPECT_FALSE(fs::exists(victim.said()));
   EXPECT_TRUE(fs::exists(file));
   EXPECT_EQ(count(), 6);

@@ -67,6 +67,8 @@ TEST(HostileToml, AKeyHasAtMostSixteenDots) {
   EXPECT_TRUE(
       refusal("a = '''\n\n'''\n# it's \"\n" + deep + " = 1").starts_with("f.toml:5:1: a key"));
   EXPECT_TRUE(refusal("a = 'open\n" + deep + " = 1").starts_with("f.toml:2:1: a key"));
+  EXPECT_TRUE(
+      refusal("x = 1\n\ny = \"\"\"\n\"\"\"\n" + deep + " = 1").starts_with("f.toml:5:1: a key"));
   EXPECT_EQ(refusal("# " + deep), "");
   EXPECT_EQ(refusal("x = '" + deep + "'"), "");
   EXPECT_EQ(refusal("x = 'a\\'  # " + deep), "");
@@ -142,6 +144,15 @@ TEST(ReadFile, MoreThanAnyTextIsRefused) {
   EXPECT_TRUE(readingOf(folder / "large").ends_with("expected at most 64 MiB"));
   std::filesystem::resize_file(folder / "large", 64 << 20);
   EXPECT_EQ(readingOf(folder / "large").size(), 64U << 20);
+  // And each file is closed again.
+  const auto open_files = [] {
+    return std::distance(std::filesystem::directory_iterator("/proc/self/fd"),
+                         std::filesystem::directory_iterator());
+  };
+  const auto before = open_files();
+  readingOf(folder / "large");
+  readingOf(folder.path());
+  EXPECT_EQ(open_files(), before);
 }
 
 }  // namespace
