@@ -24,6 +24,18 @@ TEST(Figure40, PredictsRunsItWasNotTrainedOn) {
     EXPECT_NEAR(f.explained[1], 1 - left / whole, 1e-9);
   }
   EXPECT_GT(fields[0].explained.minCoeff(), 0.9);
+  // Dry friction is harder to predict; two runs were kept apart for the truth of each.
+  EXPECT_EQ(fields[0].machine, "inertia +20 %");
+  EXPECT_EQ(fields[1].machine, "friction 2 N·m");
+  EXPECT_EQ(fields[0].training.size(), 100U);
+  EXPECT_EQ(fields[0].truth.size(), 156U);
+  EXPECT_EQ(fields[1].truth.size(), 124U);
+  const double explained[2][3] = {{0.99826, 0.99759, 0.99815}, {0.83277, 0.84674, 0.84175}};
+  for (int field = 0; field < 2; ++field) {
+    for (int rate = 0; rate < 3; ++rate) {
+      EXPECT_NEAR(fields[field].explained[rate], explained[field][rate], 1e-4);
+    }
+  }
 }
 
 /// Of seed 1, rounded.
@@ -38,8 +50,14 @@ TEST(Figure39, TheModelsPolicyFallsOnTheMachineAndTheLearnedOneHolds) {
   EXPECT_EQ(trials[1].failure, "distance");
   EXPECT_LT(trials[1].log.steps(), 5000);
   EXPECT_EQ(trials[2].failure, "");
-  EXPECT_EQ(trials[2].policy, "learned");
-  EXPECT_EQ(trials[2].plant, "machine");
+  const char* policies[] = {"model's", "model's", "learned", "learned"};
+  const char* plants[] = {"model", "machine", "machine", "model"};
+  const bias::VectorXd start = bias::bongoStart(0.3 * M_PI / 180, 0.3 * M_PI / 180);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(trials[i].policy, policies[i]);
+    EXPECT_EQ(trials[i].plant, plants[i]);
+    EXPECT_TRUE(trials[i].log.x.col(0).isApprox(start, 1e-5)) << i;
+  }
 }
 
 }  // namespace

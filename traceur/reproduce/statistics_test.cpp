@@ -13,6 +13,8 @@ TEST(Statistics, AreWhatTheirNamesSay) {
   const Sample s = {4, 1, 100, 2, 3};
   EXPECT_DOUBLE_EQ(mean(s), 22);
   EXPECT_DOUBLE_EQ(median(s), 3);
+  EXPECT_DOUBLE_EQ(median(Sample{100, 1, 3, 2}), 2.5);
+  EXPECT_DOUBLE_EQ(median(Sample{7}), 7);
   EXPECT_DOUBLE_EQ(trimmedMean(s, 0.2), 3);
   EXPECT_DOUBLE_EQ(trimmedMean(s, 0.1), 22);  // less than one of five
   EXPECT_NEAR(geometricMean(Sample{1, 10, 100}), 10, 1e-12);
@@ -33,6 +35,39 @@ TEST(Bootstrap, CoversTheTruthAsOftenAsItSays) {
   }
   EXPECT_GT(covered, 0.91 * kTrials);
   EXPECT_LT(covered, 0.98 * kTrials);
+}
+
+/// Of a statistic whose values are known: the k-th call gives `calls` - k, for 1000 down to 0.
+TEST(Bootstrap, CutsOffAFortiethAtEitherEnd) {
+  const Sample any = {1, 2};
+  int calls = 0;
+  const Interval i = bootstrap(
+      {&any, 1}, [&](std::span<const Sample>) { return 1000.0 - calls++; }, 1001);
+  EXPECT_EQ(calls, 1001);
+  EXPECT_EQ(i.low, 25);
+  EXPECT_EQ(i.high, 975);
+  calls = 0;
+  bootstrap({&any, 1}, [&](std::span<const Sample>) { return 0.0 * calls++; });
+  EXPECT_EQ(calls, 4000);
+}
+
+/// The committed intervals rest on which values are drawn: of seed 1, a stream for each resample
+/// and sample.
+TEST(Bootstrap, DrawsEachSampleFromAStreamOfItsOwn) {
+  const std::vector<Sample> samples = {{10, 11, 12}, {20, 21, 22, 23, 24}};
+  int resample = 0;
+  bootstrap(
+      samples,
+      [&](std::span<const Sample> drawn) {
+        for (const size_t s : {0, 1}) {
+          Random random(1, resample, s);
+          Sample expected(samples[s].size());
+          for (double& v : expected) v = samples[s][random.below(samples[s].size())];
+          EXPECT_EQ(drawn[s], expected) << resample << ' ' << s;
+        }
+        return static_cast<double>(resample++);
+      },
+      20);
 }
 
 TEST(Bootstrap, IsAPointForEqualRunsAndAPureFunction) {
@@ -59,6 +94,33 @@ TEST(PairedDifference, CountsTheSignsThatGoAsFar) {
   EXPECT_DOUBLE_EQ(pairedDifference({0, 0, 0}).p, 1);
   // 0.1 + 0.2 - 0.3 is 0 but for rounding.
   EXPECT_DOUBLE_EQ(pairedDifference({0.1, 0.2, -0.3}).p, 1);
+}
+
+TEST(PairedDifference, OfSixteenPairsIsExact) {
+  EXPECT_DOUBLE_EQ(pairedDifference(Sample(16, 1.0)).p, 2.0 / 65536);
+}
+
+/// The draws done here again: a sign a bit, 64 of them a number; what was seen is a draw, too.
+TEST(PairedDifference, OfMorePairsIsOf65536Draws) {
+  Random random(1);
+  int alike = 0;
+  for (int i = 0; i < 65536; ++i) {
+    const std::uint64_t bits = random.bits() % (1 << 17);
+    alike += bits == 0 || bits == (1 << 17) - 1;
+  }
+  EXPECT_DOUBLE_EQ(pairedDifference(Sample(17, 1.0)).p, (alike + 1) / 65537.0);
+
+  // Of 3, nothing, 1 the sum is as far from 0 where the signs of the first and the 65th agree.
+  Sample two(65, 0.0);
+  two.front() = 3;
+  two.back() = 1;
+  Random again(1);
+  int agree = 0;
+  for (int i = 0; i < 65536; ++i) {
+    const std::uint64_t first = again.bits();
+    agree += first % 2 == again.bits() % 2;
+  }
+  EXPECT_DOUBLE_EQ(pairedDifference(two).p, (agree + 1) / 65537.0);
 }
 
 TEST(PairedDifference, OfManyPairsIsDrawnAndStillRight) {
