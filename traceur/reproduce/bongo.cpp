@@ -3,15 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-
-#include "traceur/bias/bongo_learning.h"
+#include <cmath>
 
 namespace traceur::reproduce {
 namespace {
 
 using bias::BongoFaults;
 using bias::BongoLearning;
-using bias::BongoMachine;
 
 constexpr int kStarts = 100;  // that a last policy is tried from
 
@@ -60,7 +58,102 @@ constexpr const char* kProtocol =
     "Wheel and board begin within 0.5 degrees, a machine in Box2D, two runs of 5 s an iteration, "
     "both of which must stay up; at most ten iterations, counted as 10 when missed.";
 
+struct PrintedMachine {
+  std::string name;
+  BongoFaults faults;
+  std::vector<double> printed;  // costs, read off the figure
+};
+
+const std::vector<PrintedMachine>& machines41() {
+  static const std::vector<PrintedMachine> kMachines = [] {
+    std::vector<PrintedMachine> machines(4);
+    const auto noise = [](PrintedMachine& m, double torque, double angle, double rate) {
+      m.faults.torque_variance = torque;
+      m.faults.angle_variance = angle;
+      m.faults.rate_variance = rate;
+    };
+    machines[0] = {"0.01 1e-06 0.001", {}, {4.2e5, 4.1e5, 4.9e5, 4.0e5, 90, 51}};
+    noise(machines[0], 0.01, 1e-6, 1e-3);
+    machines[1] = {"0.1 4e-06 0.004", {}, {3.6e5, 3.2e5, 180, 91}};
+    noise(machines[1], 0.1, 4e-6, 4e-3);
+    machines[2] = {
+        "0.1 8e-06 0.008 inertia +20 %", {}, {2.9e5, 7.2e5, 4.7e5, 122, 100, 415, 640, 73}};
+    noise(machines[2], 0.1, 8e-6, 8e-3);
+    machines[2].faults.inertia_scale = 1.2;
+    machines[3] = {"COM offset 2 mm", {}, {}};
+    machines[3].faults.com_offset = 0.002;
+    return machines;
+  }();
+  return kMachines;
+}
+
+struct Fault {
+  std::string name;
+  BongoFaults faults;
+};
+
+const std::vector<Fault>& faults() {
+  static const std::vector<Fault> kFaults = [] {
+    std::vector<Fault> faults(4);
+    faults[0] = {"inertia +20 %", {}};
+    faults[0].faults.inertia_scale = 1.2;
+    faults[1] = {"delay 5 ms", {}};
+    faults[1].faults.delay = 0.005;
+    faults[2] = {"friction 2 N m", {}};
+    faults[2].faults.coulomb_friction = 2;
+    faults[3] = {"COM offset 2 mm", {}};
+    faults[3].faults.com_offset = 0.002;
+    return faults;
+  }();
+  return kFaults;
+}
+
+struct Method {
+  std::string name;
+  bias::BongoMethod method;
+  bias::BongoSearch search;
+};
+
+const std::vector<Method>& methods() {
+  using enum bias::BongoMethod;
+  static const std::vector<Method> kMethods = {
+      {"bias", kBias, bias::BongoSearch::kStarts},
+      {"none", kNone, bias::BongoSearch::kStarts},
+      {"identify", kIdentify, bias::BongoSearch::kStarts},
+      {"randomise", kRandomise, bias::BongoSearch::kStarts},
+      {"published", kPublished, bias::BongoSearch::kPublished},
+      {"published none", kNone, bias::BongoSearch::kPublished},
+      {"bias one start", kBias, bias::BongoSearch::kPublished}};
+  return kMethods;
+}
+
 }  // namespace
+
+BongoRun table13Run(int row, int column, std::uint64_t seed) {
+  const Noise& n = noises()[row];
+  BongoRun run;
+  run.machine.faults.torque_variance = n.torque;
+  run.machine.faults.angle_variance = n.angle;
+  run.machine.faults.rate_variance = n.rate;
+  if (column == 1) run.machine.faults.inertia_scale = 1.2;
+  run.learning.seed = seed;
+  return run;
+}
+
+BongoRun figure41Run(int row, int column, std::uint64_t seed) {
+  BongoRun run{.machine = {.faults = machines41()[row].faults}};
+  run.learning.method = column == 0 ? bias::BongoMethod::kBias : bias::BongoMethod::kNone;
+  run.learning.seed = seed;
+  return run;
+}
+
+BongoRun bongoFaultsRun(int row, int column, std::uint64_t seed) {
+  BongoRun run{.machine = {.faults = faults()[row].faults}};
+  run.learning.method = methods()[column].method;
+  run.learning.search = methods()[column].search;
+  run.learning.seed = seed;
+  return run;
+}
 
 Table table13() {
   Table t;
@@ -79,15 +172,8 @@ Table table13() {
   }
   t.columns = {{"no error", 3, 20, no_error}, {"20 % error", 3, 20, with_error}};
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
-    const Noise& n = noises()[row];
-    BongoMachine machine;
-    machine.faults.torque_variance = n.torque;
-    machine.faults.angle_variance = n.angle;
-    machine.faults.rate_variance = n.rate;
-    if (column == 1) machine.faults.inertia_scale = 1.2;
-    BongoLearning o;
-    o.seed = seed;
-    const bias::BiasLearned learned = bias::learnOnMachine(machine, o, stop);
+    const BongoRun run = table13Run(row, column, seed);
+    const bias::BiasLearned learned = bias::learnOnMachine(run.machine, run.learning, stop);
     return Outcome{static_cast<double>(learned.iterations.size()), !learned.solved,
                    costsOf(learned, 1)};
   };
@@ -101,30 +187,6 @@ Table table13() {
 }
 
 Table figure41() {
-  struct Machine {
-    std::string name;
-    BongoFaults faults;
-    std::vector<double> printed;  // costs, read off the figure
-  };
-  static const std::vector<Machine> kMachines = [] {
-    std::vector<Machine> machines(4);
-    const auto noise = [](Machine& m, double torque, double angle, double rate) {
-      m.faults.torque_variance = torque;
-      m.faults.angle_variance = angle;
-      m.faults.rate_variance = rate;
-    };
-    machines[0] = {"0.01 1e-06 0.001", {}, {4.2e5, 4.1e5, 4.9e5, 4.0e5, 90, 51}};
-    noise(machines[0], 0.01, 1e-6, 1e-3);
-    machines[1] = {"0.1 4e-06 0.004", {}, {3.6e5, 3.2e5, 180, 91}};
-    noise(machines[1], 0.1, 4e-6, 4e-3);
-    machines[2] = {
-        "0.1 8e-06 0.008 inertia +20 %", {}, {2.9e5, 7.2e5, 4.7e5, 122, 100, 415, 640, 73}};
-    noise(machines[2], 0.1, 8e-6, 8e-3);
-    machines[2].faults.inertia_scale = 1.2;
-    machines[3] = {"COM offset 2 mm", {}, {}};
-    machines[3].faults.com_offset = 0.002;
-    return machines;
-  }();
   Table t;
   t.name = "figure-41";
   t.title = "Cost of the machine's runs over the iterations [Ha2015, Fig. 41].";
@@ -135,22 +197,19 @@ Table figure41() {
       "searched again. Printed runs, dashed, go on below 200.",
       kProtocol);
   t.points = "iteration:cost";
-  for (const Machine& m : kMachines) t.rows.push_back({m.name, "", "iterations"});
+  for (const PrintedMachine& m : machines41()) t.rows.push_back({m.name, "", "iterations"});
   t.columns = {{"bias", 5, 10, {}}, {"none", 5, 10, {}}};
   t.differences = {{"bias - none", 0, 1}};
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
-    BongoLearning o;
-    o.method = column == 0 ? bias::BongoMethod::kBias : bias::BongoMethod::kNone;
-    o.seed = seed;
-    const bias::BiasLearned learned =
-        bias::learnOnMachine({.faults = kMachines[row].faults}, o, stop);
+    const BongoRun run = figure41Run(row, column, seed);
+    const bias::BiasLearned learned = bias::learnOnMachine(run.machine, run.learning, stop);
     return Outcome{static_cast<double>(learned.iterations.size()), !learned.solved,
                    costsOf(learned, 0)};
   };
   t.printed_points = [](int row, int column) {
     std::vector<Point> points;
     if (column != 0) return points;
-    for (const double cost : kMachines[row].printed) {
+    for (const double cost : machines41()[row].printed) {
       points.push_back({static_cast<double>(points.size()), cost});
     }
     return points;
@@ -159,36 +218,6 @@ Table figure41() {
 }
 
 Table bongoFaults() {
-  struct Fault {
-    std::string name;
-    BongoFaults faults;
-  };
-  struct Method {
-    std::string name;
-    bias::BongoMethod method;
-    bias::BongoSearch search;
-  };
-  static const std::vector<Fault> kFaults = [] {
-    std::vector<Fault> faults(4);
-    faults[0] = {"inertia +20 %", {}};
-    faults[0].faults.inertia_scale = 1.2;
-    faults[1] = {"delay 5 ms", {}};
-    faults[1].faults.delay = 0.005;
-    faults[2] = {"friction 2 N m", {}};
-    faults[2].faults.coulomb_friction = 2;
-    faults[3] = {"COM offset 2 mm", {}};
-    faults[3].faults.com_offset = 0.002;
-    return faults;
-  }();
-  using enum bias::BongoMethod;
-  static const std::vector<Method> kMethods = {
-      {"bias", kBias, bias::BongoSearch::kStarts},
-      {"none", kNone, bias::BongoSearch::kStarts},
-      {"identify", kIdentify, bias::BongoSearch::kStarts},
-      {"randomise", kRandomise, bias::BongoSearch::kStarts},
-      {"published", kPublished, bias::BongoSearch::kPublished},
-      {"published none", kNone, bias::BongoSearch::kPublished},
-      {"bias one start", kBias, bias::BongoSearch::kPublished}};
   Table t;
   t.name = "bongo-faults";
   t.title = "Experiments to a policy that balances, by fault and method. Not in the paper.";
@@ -200,19 +229,16 @@ Table bongoFaults() {
       kProtocol);
   t.points = "starts:balanced";
   t.drawn = Drawn::kNothing;
-  for (const Fault& f : kFaults) t.rows.push_back({f.name, "", "iterations"});
-  for (const Method& m : kMethods) t.columns.push_back({m.name, 3, 20, {}});
+  for (const Fault& f : faults()) t.rows.push_back({f.name, "", "iterations"});
+  for (const Method& m : methods()) t.columns.push_back({m.name, 3, 20, {}});
   t.ratios = {{"bias / none", 0, 1}, {"bias / identify", 0, 2}, {"bias / randomise", 0, 3}};
   t.differences = {{"none - bias", 1, 0}, {"published none - bias one start", 5, 6}};
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
-    const BongoMachine machine{.faults = kFaults[row].faults};
-    BongoLearning o;
-    o.method = kMethods[column].method;
-    o.search = kMethods[column].search;
-    o.seed = seed;
-    const bias::BiasLearned learned = bias::learnOnMachine(machine, o, stop);
+    const BongoRun run = bongoFaultsRun(row, column, seed);
+    const bias::BiasLearned learned = bias::learnOnMachine(run.machine, run.learning, stop);
     if (learned.stopped) return Outcome{};
-    const int good = bias::successes(machine, o.board, learned.parameters, kStarts, seed);
+    const int good =
+        bias::successes(run.machine, run.learning.board, learned.parameters, kStarts, seed);
     return Outcome{static_cast<double>(learned.iterations.size()),
                    !learned.solved,
                    {{static_cast<double>(kStarts), static_cast<double>(good)}}};

@@ -2,6 +2,9 @@
 // policy that balances on it.
 #pragma once
 
+#include <cstdint>
+
+#include "traceur/bias/bongo_learning.h"
 #include "traceur/reproduce/table.h"
 
 namespace traceur::reproduce {
@@ -16,5 +19,14 @@ Table figure41();
 /// The same over faults that break what the model alone teaches, with the controls beside it: not
 /// in the paper.
 Table bongoFaults();
+
+/// What a cell of theirs runs.
+struct BongoRun {
+  bias::BongoMachine machine;
+  bias::BongoLearning learning = {};
+};
+BongoRun table13Run(int row, int column, std::uint64_t seed);
+BongoRun figure41Run(int row, int column, std::uint64_t seed);
+BongoRun bongoFaultsRun(int row, int column, std::uint64_t seed);
 
 }  // namespace traceur::reproduce

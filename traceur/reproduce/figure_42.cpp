@@ -16,8 +16,6 @@ using bias::VectorXd;
 constexpr std::uint64_t kTraining = 20;
 constexpr std::uint64_t kStarts = 21;
 
-/// The machine with the same noise in every episode that begins alike, so that a policy costs the
-/// same whenever a search asks.
 class SameNoise : public Plant {
  public:
   SameNoise(const bias::BongoFaults& faults, std::uint64_t seed) : faults_(faults), seed_(seed) {
@@ -44,6 +42,10 @@ class SameNoise : public Plant {
 
 }  // namespace
 
+std::unique_ptr<Plant> machineOfSameNoise(const bias::BongoFaults& faults, std::uint64_t seed) {
+  return std::make_unique<SameNoise>(faults, seed);
+}
+
 bias::BongoFaults figure42Noise() {
   bias::BongoFaults faults;
   faults.torque_variance = 0.1;
@@ -67,7 +69,7 @@ bias::FoundPolicy trainedWith(bool on_machine, const bias::BongoFaults& noise, s
   const auto plant = [&](const std::vector<bias::RunLog>&, int) {
     bias::LearnedModels one;
     if (on_machine) {
-      one.plants.push_back(std::make_unique<SameNoise>(noise, seed));
+      one.plants.push_back(machineOfSameNoise(noise, seed));
       return one;
     }
     VectorXd variances(6);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "traceur/bias/bongo_hardware.h"
 #include "traceur/bias/policy_search.h"
@@ -20,6 +21,10 @@ bias::BongoFaults figure42Noise();
 
 /// The squares of its map, ±0.035 rad as printed, with 12 squares each way in place of 20.
 Map figure42Map();
+
+/// The machine with the same noise in every episode that begins alike, so that a policy costs the
+/// same whenever a search asks.
+std::unique_ptr<Plant> machineOfSameNoise(const bias::BongoFaults& faults, std::uint64_t seed);
 
 /// The policy that costs least from wheel and board within half a degree.
 /// @param on_machine  searched on the machine itself, else on the model

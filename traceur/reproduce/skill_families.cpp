@@ -13,7 +13,6 @@
 #include "traceur/core/random.h"
 #include "traceur/optim/family_baselines.h"
 #include "traceur/optim/minimise.h"
-#include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
 
 namespace traceur::reproduce {
@@ -402,30 +401,6 @@ Results readingsOf(const Results& runs,
   return read;
 }
 
-/// Learns to `target` of the skill's target_cost and tries the result on 51 tasks. The value is the
-/// number of trials; a point is a task and what `of` says of its performance.
-template <typename Of>
-Outcome learnAndSweep(const FamilySkill& f, int trained, LearningOptions options, Of of) {
-  const auto skill = skillOf(f);
-  options.target *= skill->target_cost;
-  const Learning learning = learnFamily(skill, tasksOf(f, trained), options);
-  const bool none = learning.family.task_costs.empty();
-  const bool missed =
-      none || (std::isfinite(options.target) && learning.family.cost > options.target);
-  Outcome outcome{static_cast<double>(learning.trials), missed, {}};
-  if (none) return outcome;
-  const skill::SkillProblem problem(skill, tasksOf(f, trained));
-  skill::Runner runner(skill);
-  const VectorXd tasks = tasksOf(f, kSweep);
-  for (int i = 0; i < kSweep && !options.stop.stop_requested(); ++i) {
-    const VectorXd x = learning.family.curve.at(static_cast<double>(i) / (kSweep - 1))
-                           .cwiseMax(problem.lower())
-                           .cwiseMin(problem.upper());
-    outcome.points.push_back({tasks[i], rounded(of(runner.run(x, tasks[i]), tasks[i]))});
-  }
-  return outcome;
-}
-
 }  // namespace
 
 Learning learnFamily(const std::shared_ptr<const Skill>& skill, const VectorXd& tasks,
@@ -448,6 +423,28 @@ Learning learnFamily(const std::shared_ptr<const Skill>& skill, const VectorXd& 
     learning.costs.push_back({static_cast<double>(learning.trials), rounded(learning.family.cost)});
   }
   return learning;
+}
+
+Outcome learnAndSweep(const std::shared_ptr<const Skill>& skill, const VectorXd& trained,
+                      LearningOptions options,
+                      const std::function<double(const skill::Rollout&, double task)>& of) {
+  options.target *= skill->target_cost;
+  const Learning learning = learnFamily(skill, trained, options);
+  const bool none = learning.family.task_costs.empty();
+  const bool missed =
+      none || (std::isfinite(options.target) && learning.family.cost > options.target);
+  Outcome outcome{static_cast<double>(learning.trials), missed, {}};
+  if (none) return outcome;
+  const skill::SkillProblem problem(skill, trained);
+  skill::Runner runner(skill);
+  const VectorXd tasks = VectorXd::LinSpaced(kSweep, trained[0], trained[trained.size() - 1]);
+  for (int i = 0; i < kSweep && !options.stop.stop_requested(); ++i) {
+    const VectorXd x = learning.family.curve.at(static_cast<double>(i) / (kSweep - 1))
+                           .cwiseMax(problem.lower())
+                           .cwiseMin(problem.upper());
+    outcome.points.push_back({tasks[i], rounded(of(runner.run(x, tasks[i]), tasks[i]))});
+  }
+  return outcome;
 }
 
 double costAfter(const std::vector<Point>& curve, double trials) {
@@ -508,7 +505,7 @@ Table figure34() {
   t.run = [](int /*row*/, int column, std::uint64_t seed, const std::stop_token& stop) {
     const Column34& c = kColumns34[column];
     const FamilySkill& f = familySkills()[0];
-    return learnAndSweep(f, c.tasks,
+    return learnAndSweep(skillOf(f), tasksOf(f, c.tasks),
                          {c.optimiser, 2, Start::kPublished, c.budget, kNoTarget, seed, stop},
                          [](const skill::Rollout& r, double) { return r.cost; });
   };
@@ -553,7 +550,8 @@ Table families() {
   static const std::vector<std::string> kOptimisers = {"contextual", "curve"};
   for (const std::string& o : kOptimisers) t.columns.push_back({o, 1, 9, {}});
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
-    return learnAndSweep(familySkills()[row], 6,
+    const FamilySkill& f = familySkills()[row];
+    return learnAndSweep(skillOf(f), tasksOf(f, 6),
                          {.optimiser = kOptimisers[column],
                           .budget = kBudget,
                           .target = 1,

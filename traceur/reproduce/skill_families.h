@@ -2,6 +2,7 @@
 // jumps, kicks or walks, and how well what it learnt does the tasks in between.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -10,6 +11,7 @@
 
 #include "traceur/optim/family.h"
 #include "traceur/reproduce/table.h"
+#include "traceur/skill/rollout.h"
 #include "traceur/skill/skill.h"
 
 namespace traceur::reproduce {
@@ -52,6 +54,13 @@ struct LearningOptions {
 /// @throws InputError as the optimiser
 Learning learnFamily(const std::shared_ptr<const skill::Skill>& skill, const Eigen::VectorXd& tasks,
                      const LearningOptions& options);
+
+/// Learns to `target` of the skill's target_cost and tries the result on 51 tasks over the range.
+/// The value is the number of trials, missed if the target was not reached; a point is a task and
+/// what `of` says of its performance.
+Outcome learnAndSweep(const std::shared_ptr<const skill::Skill>& skill,
+                      const Eigen::VectorXd& trained, LearningOptions options,
+                      const std::function<double(const skill::Rollout&, double task)>& of);
 
 /// The least cost a learning curve had reached after so many trials; infinite before its first.
 double costAfter(const std::vector<Point>& curve, double trials);

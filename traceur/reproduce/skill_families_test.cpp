@@ -1,10 +1,15 @@
 #include "traceur/reproduce/skill_families.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <regex>
+#include <string>
 
+#include "traceur/core/error.h"
 #include "traceur/skill/skill_problem.h"
 
 namespace traceur::reproduce {
@@ -23,27 +28,91 @@ TEST(SkillFamilies, ReadALearningCurve) {
   EXPECT_FALSE(trialsTo(curve, 0.05));
 }
 
+/// The costs are what two generations come to: step sizes, bounds, samples and starts all have a
+/// part in them.
 TEST(SkillFamilies, LearnAndKeepTheCurveOfIt) {
+  struct Learnt {
+    const char* optimiser;
+    Start start;
+    double cost;
+  };
+  const Learnt known[] = {
+      {"contextual", Start::kLearn, 0.0909496}, {"contextual", Start::kPublished, 0.115938},
+      {"curve", Start::kLearn, 0.102915},       {"curve", Start::kPublished, 0.0967343},
+      {"cma", Start::kLearn, 0.139428},         {"cma", Start::kPublished, 0.187991},
+      {"individual", Start::kLearn, 0.111802},  {"individual", Start::kPublished, 0.0879828}};
   const auto skill = skill::Skill::fromFile("tests/cli/nod.toml");
   const Eigen::VectorXd tasks = Eigen::VectorXd::LinSpaced(3, 0, 1);
   const skill::SkillProblem problem(skill, tasks);
-  for (const char* optimiser : {"contextual", "curve", "cma", "individual"}) {
-    SCOPED_TRACE(optimiser);
-    for (const Start start : {Start::kLearn, Start::kPublished}) {
-      const LearningOptions options{
-          .optimiser = optimiser, .start = start, .budget = 96, .target = 0, .seed = 2};
-      const Learning a = learnFamily(skill, tasks, options);
-      EXPECT_GE(a.trials, 96);
-      ASSERT_FALSE(a.costs.empty());
-      EXPECT_LT(a.costs.back().y, a.costs.front().y);
-      // What it says of the curve holds when its points are run again.
-      double mean = 0;
-      for (int i = 0; i < 3; ++i) {
-        const double cost = problem.evaluate(a.family.curve.at(i / 2.0)).task_costs[i];
-        EXPECT_EQ(cost, a.family.task_costs[i]);
-        mean += cost / 3;
-      }
-      EXPECT_NEAR(a.costs.back().y, mean, 1e-3 * mean);
+  for (const Learnt& k : known) {
+    SCOPED_TRACE(fmt::format("{} {}", k.optimiser, static_cast<int>(k.start)));
+    const LearningOptions options{
+        .optimiser = k.optimiser, .start = k.start, .budget = 96, .target = 0, .seed = 2};
+    const Learning a = learnFamily(skill, tasks, options);
+    EXPECT_GE(a.trials, 96);
+    EXPECT_NEAR(a.family.cost, k.cost, 1e-4 * k.cost);
+    ASSERT_FALSE(a.costs.empty());
+    EXPECT_LT(a.costs.back().y, a.costs.front().y);
+    EXPECT_EQ(a.costs.back().x, a.trials);
+    for (size_t i = 1; i + 1 < a.costs.size(); ++i) {
+      EXPECT_LT(a.costs[i].y, a.costs[i - 1].y);
+    }
+    // What it says of the curve holds when its points are run again.
+    double mean = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double cost = problem.evaluate(a.family.curve.at(i / 2.0)).task_costs[i];
+      EXPECT_EQ(cost, a.family.task_costs[i]);
+      mean += cost / 3;
+    }
+    EXPECT_NEAR(a.costs.back().y, mean, 1e-3 * mean);
+  }
+  EXPECT_THROW(learnFamily(skill, tasks, {.optimiser = "nobody"}), InputError);
+}
+
+TEST(SkillFamilies, TryWhatIsLearntOnManyTasks) {
+  skill::Skill with_target = *skill::Skill::fromFile("tests/cli/nod.toml");
+  with_target.target_cost = 0.1;
+  const auto skill = std::make_shared<const skill::Skill>(with_target);
+  const Eigen::VectorXd tasks = Eigen::VectorXd::LinSpaced(3, 0.1, 0.6);
+  LearningOptions options{.budget = 96, .target = 1.5, .seed = 2};
+  const auto error = [](const skill::Rollout& r, double task) { return r.achieved - task; };
+  const Outcome reached = learnAndSweep(skill, tasks, options, error);
+  EXPECT_FALSE(reached.missed);
+
+  options.target = 1.5 * 0.1;
+  const Learning same = learnFamily(skill, tasks, options);
+  EXPECT_LE(same.family.cost, 0.15);
+  EXPECT_EQ(reached.value, same.trials);
+  skill::Runner runner(skill);
+  ASSERT_EQ(reached.points.size(), 51U);
+  for (int i = 0; i <= 50; ++i) {
+    const double task = 0.1 + 0.01 * i;
+    EXPECT_NEAR(reached.points[i].x, task, 1e-12);
+    const double achieved = runner.run(same.family.curve.at(i / 50.0), task).achieved;
+    EXPECT_NEAR(reached.points[i].y, achieved - task, 1e-3 * std::abs(achieved - task));
+  }
+
+  options.target = 1e-9;
+  EXPECT_TRUE(learnAndSweep(skill, tasks, options, error).missed);
+  std::stop_source stop;
+  stop.request_stop();
+  options.stop = stop.get_token();
+  const Outcome nothing = learnAndSweep(skill, tasks, options, error);
+  EXPECT_TRUE(nothing.missed);
+  EXPECT_EQ(nothing.value, 0);
+  EXPECT_TRUE(nothing.points.empty());
+}
+
+/// All that a test has time for: the skills are there, and who is asked to stop has learnt nothing.
+TEST(SkillFamilies, AskedToStopTheyEndSoon) {
+  std::stop_source stop;
+  stop.request_stop();
+  for (const Table& table : {figure32(), figure33(), figure34(), families()}) {
+    for (int row = 0; row < static_cast<int>(table.rows.size()); ++row) {
+      const Outcome outcome = table.run(row, 0, 1, stop.get_token());
+      EXPECT_TRUE(outcome.missed) << table.name;
+      EXPECT_TRUE(outcome.points.empty());
+      EXPECT_EQ(outcome.value, table.points == "trials:cost" ? kInfinity : 0);
     }
   }
 }
@@ -77,9 +146,21 @@ TEST(SkillFamilies, TellTrialsToTheLevelOfThePublishedOptimiser) {
     runs.add({0, column("contextual"), seed}, {0, false, {{100, 1.0}, {2000, 0.005}}});
     runs.add({0, column("CMA-ES"), seed}, {0, false, {{96, 1.0}, {12500, 0.02}}});
   }
+  runs.add({2, column("curve"), 1}, {0, false, {{500, 0.3}, {3000, 0.25}, {5000, 0.125}}});
   const std::vector<Results> told = table.readings(runs);
   ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].table().name, "figure-32 trials");
+  EXPECT_EQ(
+      told[0].table().title,
+      "Trials to the level of the dissertation's optimiser: jump 0.01 [0.01, 0.01]; walk 0.12 "
+      "[0.12, 0.12].");
+  EXPECT_NE(told[0].table().protocol.find("after 5000 trials"), std::string::npos);
+  EXPECT_EQ(table.readings(Results(table))[0].table().title,
+            "Trials to the level of the dissertation's optimiser: not run yet.");
   const Summary trials = summarise(told[0]);
+  EXPECT_EQ(told[0].table().rows[2].name, "walk");
+  EXPECT_EQ(trials.cells[1][column("curve")].runs, 0);
+  EXPECT_EQ(trials.cells[2][column("curve")].value, 5000);
   EXPECT_EQ(trials.cells[0][column("curve")].value, 4000);
   EXPECT_EQ(trials.cells[0][column("contextual")].value, 2000);
   EXPECT_TRUE(std::isinf(trials.cells[0][column("CMA-ES")].value));
@@ -110,6 +191,26 @@ TEST(SkillFamilies, TellTrialsToTheLevelOfThePublishedOptimiser) {
   EXPECT_EQ(costs.cells[6][column("curve")].runs, 0);
   EXPECT_EQ(costs.cells[7][column("curve")].runs, 0);  // 8000: it had no more than 5000
   EXPECT_EQ(costs.cells[7][column("CMA-ES")].value, 1.0);
+  EXPECT_EQ(costs.cells[9][column("CMA-ES")].value, 1.0);
+  EXPECT_EQ(told[1].table().name, "figure-32 costs");
+  ASSERT_EQ(told[1].table().rows.size(), 30U);
+  EXPECT_EQ(told[1].table().rows[23].name, "walk 3000");
+  EXPECT_EQ(told[1].table().rows[23].group, "walk");
+  EXPECT_EQ(costs.cells[20][column("curve")].value, 0.3);
+  EXPECT_EQ(costs.cells[23][column("curve")].value, 0.25);
+  EXPECT_EQ(costs.cells[0][column("CMA-ES")].runs, 3);
+  EXPECT_EQ(costs.cells[0][column("curve")].runs, 3);
+  EXPECT_EQ(costs.cells[10][column("curve")].runs, 0);
+  // The median of three runs of "curve", one of which never gets there and counts in full.
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const double late = seed == 1 ? 0.5 : 0.01;
+    runs.add({1, column("curve"), seed}, {0, false, {{4000, late}, {5000, late}}});
+  }
+  const Summary kicks = summarise(table.readings(runs)[0]);
+  EXPECT_EQ(kicks.cells[1][column("curve")].runs, 3);
+  EXPECT_EQ(kicks.cells[1][column("curve")].missed, 1);
+  EXPECT_EQ(kicks.cells[1][column("curve")].value, 4000);
+  EXPECT_EQ(table.readings(runs)[0].values(1, column("curve")), (Sample{5000, 4000, 4000}));
 }
 
 TEST(SkillFamilies, SumUpTheCostsOfManyTasks) {
@@ -148,6 +249,52 @@ TEST(SkillFamilies, KeepTheRowsOfEachSkillApart) {
     EXPECT_EQ(s.cells[5 * row][1].value, 1000.0 + static_cast<double>(row));
     EXPECT_EQ(s.cells[5 * row + 4][1].value, 0);
   }
+}
+
+/// Of eleven tasks, 0 to 10 mm, cm or cm/s off to either side.
+TEST(SkillFamilies, ErrorsAreInUnitsForPeople) {
+  const Table table = families();
+  Results runs(table);
+  const char* units[] = {"mm", "cm", "cm/s"};
+  for (int row = 0; row < 3; ++row) {
+    std::vector<Point> points;
+    for (int i = 0; i <= 10; ++i) {
+      points.push_back(
+          {0.1 * i, (i % 2 == 0 ? 1 : -1) * (row == 0 ? 1e-3 : 1e-2) * ((i * 7) % 11)});
+    }
+    runs.add({row, 0, 1}, {100, false, points});
+    runs.add({row, 1, 1}, {100, true, {}});
+  }
+  const Results told = table.readings(runs).at(0);
+  const Summary s = summarise(told);
+  for (int row = 0; row < 3; ++row) {
+    SCOPED_TRACE(table.rows[row].name);
+    EXPECT_NEAR(s.cells[5 * row + 1][0].value, 5, 1e-9);
+    EXPECT_NEAR(s.cells[5 * row + 2][0].value, 9, 1e-9);
+    EXPECT_NEAR(s.cells[5 * row + 3][0].value, 10, 1e-9);
+    for (int error = 1; error <= 3; ++error) {
+      EXPECT_EQ(told.table().rows[5 * row + error].quantity, units[row]);
+      EXPECT_TRUE(std::isinf(s.cells[5 * row + error][1].value));
+    }
+    EXPECT_EQ(told.table().rows[5 * row + 4].quantity, "of 51, mean");
+    EXPECT_EQ(s.cells[5 * row + 4][1].value, 51);  // of no curve at all
+    EXPECT_EQ(table.rows[row].unit, row == 2 ? "m/s" : "m");
+  }
+  EXPECT_TRUE(told.table().points.empty());
+  EXPECT_FALSE(told.table().readings);
+  EXPECT_NE(table.protocol.find("--budget 3000 "), std::string::npos);
+  EXPECT_NE(
+      table.protocol.find("51 tasks: jump 0.03 to 0.08, kick 0.3 to 0.6, walk 0.0667 to 0.1333, "),
+      std::string::npos);
+}
+
+/// The engine, then a print of each skill.
+TEST(SkillFamilies, SayWhatTheyAreMadeWith) {
+  const std::string prints = families().made_with();
+  EXPECT_TRUE(
+      std::regex_match(prints, std::regex("MuJoCo [0-9.]+ jump [0-9a-f]{8} kick [0-9a-f]{8} "
+                                          "walk [0-9a-f]{8}")))
+      << prints;
 }
 
 TEST(SkillFamilies, CountAFallAsAnInfiniteError) {
