@@ -79,11 +79,6 @@ FallExperiment experimentOf(const Case& c, std::uint64_t seed, bool as_published
   return {falls, setup, options};
 }
 
-Outcome outcomeOf(const fall::FallTrial& t) {
-  if (!t.fell || t.diverged) return {0, true, {}};
-  return {t.impulse, false, {}};
-}
-
 /// A row a case, a column a way to fall.
 Table casesTable(const std::vector<Case>& cases) {
   Table t;
@@ -336,6 +331,11 @@ Outcome alongPath(const std::vector<fall::Vector2d>& com, const std::vector<fall
   }
   out.value = of_robot ? distance : length;
   return out;
+}
+
+Outcome outcomeOf(const fall::FallTrial& trial) {
+  if (!trial.fell || trial.diverged) return {0, true, {}};
+  return {trial.impulse, false, {}};
 }
 
 Outcome shareOfHeld(const fall::FallTrial& held, const fall::FallTrial& other, double push) {

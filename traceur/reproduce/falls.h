@@ -23,6 +23,10 @@ Table randomFalls();
 Outcome alongPath(const std::vector<fall::Vector2d>& com, const std::vector<fall::Vector2d>& path,
                   bool of_robot);
 
+/// The largest impulse of a fall [N·s]; missed, with 0, where nothing fell or the simulation
+/// diverged.
+Outcome outcomeOf(const fall::FallTrial& trial);
+
 /// Of a fall after a push [N]: the largest impulse as a share of what it is with the pose held;
 /// missed if it is no smaller. Missed with a share of 1 where the held one did not fall or either
 /// diverged: then nothing is told.

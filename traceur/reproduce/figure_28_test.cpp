@@ -24,7 +24,8 @@ TEST(Figure28, HoldsWhatWasLearnedAgainstTheTruthCellByCell) {
   double learned = 0, truth = 0, both = 0;
   for (int k = 0; k < kCells * kCells; ++k) {
     const double x = 3.01 + 0.02 * (k % kCells);
-    const double y = 3.01 + 0.02 * (k / kCells);
+    const int row = k / kCells;
+    const double y = 3.01 + 0.02 * row;
     EXPECT_EQ(r.truth[k], x < 4 && y < 4 && (x > 3.5 || y > 3.5)) << x << ' ' << y;
     const double odds = cma_c.acceptance(Eigen::Vector2d(x, y));
     if (std::abs(odds - 0.5) > 1e-6) {

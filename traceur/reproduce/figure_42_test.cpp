@@ -82,6 +82,7 @@ TEST(Figure42, AskedToStopItEndsSoon) {
   std::stop_source stop;
   stop.request_stop();
   EXPECT_TRUE(figure42().run(0, 0, 1, stop.get_token()).points.empty());
+  EXPECT_LE(trainedWith(false, {}, 1, stop.get_token()).trials, 1);
 }
 
 }  // namespace

@@ -43,19 +43,19 @@ const std::vector<FamilySkill>& familySkills() {
   return kSkills;
 }
 
-std::shared_ptr<const Skill> skillOf(const FamilySkill& f) {
+std::shared_ptr<const Skill> skillOf(const std::string& name) {
   // Beside the robots, in the source folder and where the program is installed.
   const std::filesystem::path robot =
       skill::findRobot("bioloid-gp", std::filesystem::current_path());
   const auto data = robot.parent_path().parent_path().parent_path();
-  return Skill::fromFile(data / "skills" / "bioloid-gp" / (f.name + ".toml"));
+  return Skill::fromFile(data / "skills" / "bioloid-gp" / (name + ".toml"));
 }
 
 /// The engine and, of each skill, a print of its file and its robot.
 std::string skillPrints() {
   std::string prints = sim::engineVersion();
   for (const FamilySkill& f : familySkills()) {
-    const auto skill = skillOf(f);
+    const auto skill = skillOf(f.name);
     Hash hash;
     hash.add(skill->text);
     hash.add(skill->model->mjcf());
@@ -211,6 +211,22 @@ std::vector<Learner> learners33() {
       {"contextual 21 tasks", "contextual", 2, 21, kPublishedBudget}};
 }
 
+const std::vector<Learner>& learners34() {
+  static const std::vector<Learner> kLearners = {
+      {"individual", "individual", 2, 6, 9600},
+      {"individual 51 tasks", "individual", 2, 51, 81600},
+      {"curve", "curve", 2, 6, kPublishedBudget},
+      {"contextual", "contextual", 2, 6, kPublishedBudget}};
+  return kLearners;
+}
+
+/// Those of `learn --tasks` that are compared, and what they may spend.
+const std::vector<std::string>& defaultLearners() {
+  static const std::vector<std::string> kOptimisers = {"contextual", "curve"};
+  return kOptimisers;
+}
+constexpr int kLearnBudget = 3000;
+
 /// The columns' costs at the checkpoints.
 Results costsAtCheckpoints(const Results& runs, const std::vector<Learner>& learners) {
   const Table& from = runs.table();
@@ -301,6 +317,13 @@ Results trialsToLevel(const Results& runs, const std::vector<Learner>& learners,
   return trials;
 }
 
+FamilyRun runOf(const Learner& l, int row, std::uint64_t seed) {
+  const FamilySkill& f = familySkills()[row];
+  return {f.name,
+          tasksOf(f, l.tasks),
+          {l.optimiser, l.control_points, Start::kPublished, l.budget, kNoTarget, seed, {}}};
+}
+
 Table learningTable(const std::string& name, const std::string& title,
                     const std::vector<Learner>& learners, std::vector<Ratio> ratios) {
   Table t;
@@ -318,11 +341,9 @@ Table learningTable(const std::string& name, const std::string& title,
   for (const FamilySkill& f : familySkills()) t.rows.push_back({f.name, "", "cost"});
   for (const Learner& l : learners) t.columns.push_back({l.name, 1, 9, {}});
   t.run = [learners](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
-    const FamilySkill& f = familySkills()[row];
-    const Learner& l = learners[column];
-    const Learning learning = learnFamily(
-        skillOf(f), tasksOf(f, l.tasks),
-        {l.optimiser, l.control_points, Start::kPublished, l.budget, kNoTarget, seed, stop});
+    FamilyRun run = runOf(learners[column], row, seed);
+    run.options.stop = stop;
+    const Learning learning = learnFamily(skillOf(run.skill), run.tasks, run.options);
     if (learning.costs.empty()) return Outcome{kInfinity, true, {}};
     return Outcome{learning.costs.back().y, false, learning.costs};
   };
@@ -476,18 +497,27 @@ Table figure33() {
   return t;
 }
 
+FamilyRun figure32Run(int row, int column, std::uint64_t seed) {
+  return runOf(learners32()[column], row, seed);
+}
+
+FamilyRun figure33Run(int row, int column, std::uint64_t seed) {
+  return runOf(learners33()[column], row, seed);
+}
+
+FamilyRun figure34Run(int column, std::uint64_t seed) {
+  return runOf(learners34()[column], 0, seed);
+}
+
+FamilyRun familiesRun(int row, int column, std::uint64_t seed) {
+  const FamilySkill& f = familySkills()[row];
+  return {
+      f.name,
+      tasksOf(f, 6),
+      {.optimiser = defaultLearners()[column], .budget = kLearnBudget, .target = 1, .seed = seed}};
+}
+
 Table figure34() {
-  static constexpr int kColumns = 4;
-  struct Column34 {
-    std::string name;
-    std::string optimiser;
-    int tasks;
-    int budget;
-  };
-  static const Column34 kColumns34[kColumns] = {{"individual", "individual", 6, 9600},
-                                                {"individual 51 tasks", "individual", 51, 81600},
-                                                {"curve", "curve", 6, kPublishedBudget},
-                                                {"contextual", "contextual", 6, kPublishedBudget}};
   Table t;
   t.name = "figure-34";
   t.title = "Costs of 51 jumps, of which 6 were trained, or all [Ha2015, Fig. 34].";
@@ -501,12 +531,11 @@ Table figure34() {
   t.points = "task:cost";
   t.made_with = skillPrints;
   t.rows = {{"jump", "", "trials"}};
-  for (const Column34& c : kColumns34) t.columns.push_back({c.name, 1, 9, {}});
+  for (const Learner& l : learners34()) t.columns.push_back({l.name, 1, 9, {}});
   t.run = [](int /*row*/, int column, std::uint64_t seed, const std::stop_token& stop) {
-    const Column34& c = kColumns34[column];
-    const FamilySkill& f = familySkills()[0];
-    return learnAndSweep(skillOf(f), tasksOf(f, c.tasks),
-                         {c.optimiser, 2, Start::kPublished, c.budget, kNoTarget, seed, stop},
+    FamilyRun run = figure34Run(column, seed);
+    run.options.stop = stop;
+    return learnAndSweep(skillOf(run.skill), run.tasks, run.options,
                          [](const skill::Rollout& r, double) { return r.cost; });
   };
   t.readings = [](const Results& runs) {
@@ -527,7 +556,6 @@ Table figure34() {
 }
 
 Table families() {
-  static constexpr int kBudget = 3000;
   Table t;
   t.name = "families";
   t.title =
@@ -540,23 +568,18 @@ Table families() {
       "As `traceur learn SKILL --tasks FIRST:LAST:6 --budget {} --optimiser COLUMN` for each seed "
       "(missed: it never reached the skill's target_cost; its trials count as infinite), then {} "
       "tasks: {}, in m and m/s. A task that ends in a fall has an infinite error.",
-      kBudget, kSweep, ranges);
+      kLearnBudget, kSweep, ranges);
   t.center = Center::kMedian;
   t.points = "task:error";
   t.made_with = skillPrints;
   for (const FamilySkill& f : familySkills()) {
     t.rows.push_back({f.name, "", "trials", f.task_unit});
   }
-  static const std::vector<std::string> kOptimisers = {"contextual", "curve"};
-  for (const std::string& o : kOptimisers) t.columns.push_back({o, 1, 9, {}});
+  for (const std::string& o : defaultLearners()) t.columns.push_back({o, 1, 9, {}});
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
-    const FamilySkill& f = familySkills()[row];
-    return learnAndSweep(skillOf(f), tasksOf(f, 6),
-                         {.optimiser = kOptimisers[column],
-                          .budget = kBudget,
-                          .target = 1,
-                          .seed = seed,
-                          .stop = stop},
+    FamilyRun run = familiesRun(row, column, seed);
+    run.options.stop = stop;
+    return learnAndSweep(skillOf(run.skill), run.tasks, run.options,
                          [](const skill::Rollout& r, double task) {
                            return r.failed() ? kNotPrinted : r.achieved - task;
                          });

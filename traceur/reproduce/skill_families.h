@@ -2,6 +2,7 @@
 // jumps, kicks or walks, and how well what it learnt does the tasks in between.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -49,6 +50,17 @@ struct LearningOptions {
   std::uint64_t seed = 1;
   std::stop_token stop = {};
 };
+
+/// What a cell of the tables learns.
+struct FamilyRun {
+  std::string skill;
+  Eigen::VectorXd tasks;
+  LearningOptions options;
+};
+FamilyRun figure32Run(int row, int column, std::uint64_t seed);
+FamilyRun figure33Run(int row, int column, std::uint64_t seed);
+FamilyRun figure34Run(int column, std::uint64_t seed);  ///< of jumps alone
+FamilyRun familiesRun(int row, int column, std::uint64_t seed);
 
 /// @param tasks  (M) trained
 /// @throws InputError as the optimiser

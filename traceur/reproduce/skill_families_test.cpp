@@ -103,6 +103,41 @@ TEST(SkillFamilies, TryWhatIsLearntOnManyTasks) {
   EXPECT_TRUE(nothing.points.empty());
 }
 
+/// Columns are called after the optimiser, "cubic" for four control points, and the tasks if not 6.
+TEST(SkillFamilies, LearnWhatTheirColumnsAreCalled) {
+  const double ranges[3][2] = {{0.03, 0.08}, {0.3, 0.6}, {0.0667, 0.1333}};
+  const auto expect = [&](const Table& table, int row, int column, const FamilyRun& run) {
+    const std::string& name = table.columns[column].name;
+    SCOPED_TRACE(table.name + " " + name);
+    EXPECT_EQ(run.skill, table.rows[row].name);
+    const int tasks = name.ends_with("21 tasks") ? 21 : name.ends_with("51 tasks") ? 51 : 6;
+    EXPECT_EQ(run.tasks, Eigen::VectorXd::LinSpaced(tasks, ranges[row][0], ranges[row][1]));
+    EXPECT_TRUE(run.options.optimiser == name.substr(0, name.find(' ')) ||
+                (run.options.optimiser == "cma" && name.starts_with("CMA-ES")));
+    EXPECT_EQ(run.options.control_points, name.ends_with("cubic") ? 4 : 2);
+    EXPECT_EQ(run.options.seed, 7U);
+    const bool published = table.name != "families";
+    EXPECT_EQ(run.options.start, published ? Start::kPublished : Start::kLearn);
+    EXPECT_EQ(run.options.target, published ? -kInfinity : 1);
+    // 1600 trials a task on average, where each has a search of its own.
+    EXPECT_EQ(run.options.budget, run.options.optimiser == "individual" ? 1600 * tasks
+                                  : run.options.optimiser == "cma"      ? 12500
+                                  : published                           ? 5000
+                                                                        : 3000);
+  };
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 6; ++column) {
+      expect(figure32(), row, column, figure32Run(row, column, 7));
+    }
+    for (const int column : {0, 1}) expect(families(), row, column, familiesRun(row, column, 7));
+  }
+  for (int column = 0; column < 6; ++column) {
+    expect(figure33(), 0, column, figure33Run(0, column, 7));
+  }
+  for (int column = 0; column < 4; ++column) expect(figure34(), 0, column, figure34Run(column, 7));
+  EXPECT_NE(figure32().protocol.find("5000 trials, CMA-ES 12500."), std::string::npos);
+}
+
 /// All that a test has time for: the skills are there, and who is asked to stop has learnt nothing.
 TEST(SkillFamilies, AskedToStopTheyEndSoon) {
   std::stop_source stop;

@@ -754,6 +754,12 @@ TEST(RandomFalls, AreSharesOfTheHeldPose) {
     EXPECT_TRUE(nothing.missed);
     EXPECT_EQ(nothing.points[0].y, 1);
   }
+  EXPECT_EQ(outcomeOf(held).value, 4);
+  EXPECT_FALSE(outcomeOf(held).missed);
+  for (const fall::FallTrial& none : {trial(false, 4), trial(true, 4, true)}) {
+    EXPECT_EQ(outcomeOf(none).value, 0);
+    EXPECT_TRUE(outcomeOf(none).missed);
+  }
 }
 
 TEST(Tables, AreWhole) {
