@@ -10,8 +10,7 @@
 namespace traceur::reproduce {
 namespace {
 
-/// That the runs are as committed, RunAsCommitted in table_test.cpp tests: here what the committed
-/// ones are made of.
+/// Of the committed runs; CommittedRuns in table_test.cpp makes some again.
 TEST(Figure42, IsAMapOfStarts) {
   const Table table = figure42();
   const Map map = figure42Map();
@@ -42,6 +41,8 @@ TEST(Figure42, PoliciesBalanceAboutTheMiddle) {
   EXPECT_EQ(outcome.points[middle * map.count + middle].y, 1);
   EXPECT_EQ(outcome.points.back().y, 0);
   EXPECT_FALSE(outcome.missed);
+  const Results runs = Results::read(figure42(), "docs/reproduction/unfinished/figure-42.csv");
+  EXPECT_DOUBLE_EQ(outcome.value, runs.outcomes().at({1, 0, 2}).value);
 }
 
 /// What a machine reads while it is pushed for ten steps.

@@ -644,55 +644,56 @@ TEST(Tables, AreThoseOfTheCommittedRuns) {
   EXPECT_GE(count, 13);
 }
 
-/// Cells whose runs take no more than a second, made again: what was committed is what this program
-/// gives.
-TEST(Tables, RunAsCommitted) {
-  struct Runs {
-    std::string table;
-    std::vector<int> rows, columns;
-    std::uint64_t seed = 1;
-  };
-  const std::vector<Runs> cells = {
-      {"tables-7-9", {0, 10}, {0, 1, 2, 3, 4}},
-      {"tables-7-9", {9, 19}, {0, 2, 3, 4}},
-      {"tables-7-9", {1, 2, 3, 4, 5, 6, 7, 8}, {0, 3}},
-      {"constrained", {0, 2, 3, 4, 6, 8, 9, 10}, {1, 2}},
-      {"constrained", {0, 6, 8}, {0, 3}},
-      {"constrained", {1, 5}, {2}},
-      {"table-11", {3, 6, 8}, {0, 1, 2}},
-      {"table-3", {4}, {0, 2}},
-      {"table-3", {1}, {3}},
-      {"table-3", {0}, {4}},
-      {"table-4", {5}, {4}},
-      {"fall-robustness", {8}, {0, 1}, 2},
-      {"random-falls", {0}, {1}, 2},
-      {"figure-22", {0}, {0}, 2},
-      {"table-13", {0, 6}, {0}, 4},
-      {"figure-41", {1}, {0}, 2},
-      {"figure-42", {1}, {1}, 2},
-  };
-  for (const Runs& runs : cells) {
-    const Table& table = findTable(runs.table);
-    const Results known = committed(table);
-    for (const int row : runs.rows) {
-      for (const int column : runs.columns) {
-        SCOPED_TRACE(fmt::format("{} {} {} {}", table.name, table.rows[row].name,
-                                 table.columns[column].name, runs.seed));
-        const Outcome again = table.run(row, column, runs.seed, {});
-        const auto before = known.outcomes().find({row, column, runs.seed});
-        ASSERT_NE(before, known.outcomes().end());
-        EXPECT_NEAR(again.value, before->second.value, 1e-9 * std::abs(before->second.value));
-        EXPECT_EQ(again.missed, before->second.missed);
-        ASSERT_EQ(again.points.size(), before->second.points.size());
-        for (size_t i = 0; i < again.points.size(); ++i) {
-          const Point& p = before->second.points[i];
-          EXPECT_NEAR(again.points[i].x, p.x, 1e-9 * std::abs(p.x)) << i;
-          EXPECT_NEAR(again.points[i].y, p.y, 1e-9 * std::abs(p.y)) << i;
-        }
+/// Cells of a table whose runs take no more than a second.
+struct Cells {
+  std::string table;
+  std::vector<int> rows, columns;
+  std::uint64_t seed = 1;
+};
+
+class CommittedRuns : public testing::TestWithParam<Cells> {};
+
+/// What was committed is what this program gives.
+TEST_P(CommittedRuns, ComeAgain) {
+  const Cells& cells = GetParam();
+  const Table& table = findTable(cells.table);
+  const Results known = committed(table);
+  for (const int row : cells.rows) {
+    for (const int column : cells.columns) {
+      SCOPED_TRACE(table.rows[row].name + ", " + table.columns[column].name);
+      const Outcome again = table.run(row, column, cells.seed, {});
+      const auto before = known.outcomes().find({row, column, cells.seed});
+      ASSERT_NE(before, known.outcomes().end());
+      EXPECT_NEAR(again.value, before->second.value, 1e-9 * std::abs(before->second.value));
+      EXPECT_EQ(again.missed, before->second.missed);
+      ASSERT_EQ(again.points.size(), before->second.points.size());
+      for (size_t i = 0; i < again.points.size(); ++i) {
+        const Point& p = before->second.points[i];
+        EXPECT_NEAR(again.points[i].x, p.x, 1e-9 * std::abs(p.x)) << i;
+        EXPECT_NEAR(again.points[i].y, p.y, 1e-9 * std::abs(p.y)) << i;
       }
     }
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, CommittedRuns,
+    testing::Values(Cells{"tables-7-9", {0, 10}, {0, 1, 2, 3, 4}},
+                    Cells{"tables-7-9", {9, 19}, {0, 2, 3, 4}},
+                    Cells{"tables-7-9", {1, 2, 3, 4, 5, 6, 7, 8}, {0, 3}},
+                    Cells{"constrained", {0, 2, 3, 4, 6, 8, 9, 10}, {1, 2}},
+                    Cells{"constrained", {0, 6, 8}, {0, 3}}, Cells{"constrained", {1, 5}, {2}},
+                    Cells{"table-11", {3, 6, 8}, {0, 1, 2}}, Cells{"table-3", {4}, {0, 2}},
+                    Cells{"table-3", {1}, {3}}, Cells{"table-3", {0}, {4}},
+                    Cells{"table-4", {5}, {4}}, Cells{"fall-robustness", {8}, {0, 1}, 2},
+                    Cells{"random-falls", {0}, {1}, 2}, Cells{"figure-22", {0}, {0}, 2},
+                    Cells{"table-13", {0, 6}, {0}, 4}, Cells{"figure-41", {1}, {0}, 2},
+                    Cells{"figure-42", {1}, {1}, 2}),
+    [](const auto& cells) {
+      std::string name = fmt::format("{}_{}", cells.param.table, cells.index);
+      std::replace(name.begin(), name.end(), '-', '_');
+      return name;
+    });
 
 TEST(Tables, TheFallsOfFigure22GoForwardAndDown) {
   const Table& t = findTable("figure-22");
