@@ -310,9 +310,9 @@ Summary summarise(const Results& results) {
     }
     const auto statistic = [&](std::span<const Sample> drawn) {
       std::vector<double> each;
-      for (size_t i = 0; i < drawn.size(); i += 2) {
-        const Center c = center_of(over[i / 2]);
-        each.push_back(center(drawn[i], c) / center(drawn[i + 1], c));
+      for (size_t i = 0; i < over.size(); ++i) {
+        const Center c = center_of(over[i]);
+        each.push_back(center(drawn[2 * i], c) / center(drawn[2 * i + 1], c));
       }
       return geometricMean(each);
     };
