@@ -1,4 +1,4 @@
-# Everything Traceur is built on; all of it from Debian's packages (tools/setup installs them).
+# Everything Traceur is built on: Debian's packages and the physics engine (tools/setup installs them).
 find_package(Eigen3 REQUIRED)
 find_package(fmt REQUIRED)
 find_package(Threads REQUIRED)
@@ -13,6 +13,9 @@ find_package(SVM REQUIRED)
 find_package(NLopt REQUIRED)
 find_package(box2d REQUIRED)
 
+# The one home of the engine's version is what tools/setup fetches.
+file(STRINGS ${PROJECT_SOURCE_DIR}/tools/mujoco.txt TRACEUR_MUJOCO_VERSION REGEX "^mujoco-core==")
+string(REGEX MATCH "[0-9]+[.][0-9]+[.][0-9]+" TRACEUR_MUJOCO_VERSION "${TRACEUR_MUJOCO_VERSION}")
 include(TraceurMujoco)
 
 find_path(OSMESA_INCLUDE GL/osmesa.h REQUIRED)

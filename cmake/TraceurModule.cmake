@@ -39,7 +39,7 @@ function(traceur_module)
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   if(TRACEUR_BUILD_TESTS AND M_TESTS)
-    traceur_test(NAME ${M_NAME}_test SOURCES ${M_TESTS} LIBRARIES ${target})
+    traceur_test(NAME ${M_NAME}_test SOURCES ${M_TESTS} LIBRARIES ${target} ${M_PRIVATE})
   endif()
 endfunction()
 

@@ -1,25 +1,31 @@
-# The target mujoco::mujoco: the release folder TRACEUR_MUJOCO_ROOT, or the system's. Installed beside
-# the package file, so that a client links the engine Traceur was built with.
-unset(TRACEUR_MUJOCO_INCLUDE CACHE)  # found anew: the root may have changed since the last time
+# The target mujoco::mujoco, from the folder TRACEUR_MUJOCO_ROOT: a release archive, the `mujoco` folder
+# of a Python wheel, or what tools/setup has unpacked. Included by the installed package too, whose
+# folder holds the engine Traceur was built with. The variable traceur_mujoco_root is that folder.
 if(TRACEUR_MUJOCO_ROOT)
-  # A release archive or the Python wheel's `mujoco` folder: headers and one shared library.
-  find_path(TRACEUR_MUJOCO_INCLUDE mujoco/mujoco.h PATHS ${TRACEUR_MUJOCO_ROOT}/include
-            NO_DEFAULT_PATH REQUIRED)
-  file(GLOB TRACEUR_MUJOCO_LIBRARY ${TRACEUR_MUJOCO_ROOT}/lib/libmujoco.so*
-       ${TRACEUR_MUJOCO_ROOT}/libmujoco.so*)
-  if(NOT TRACEUR_MUJOCO_LIBRARY)
-    message(FATAL_ERROR "TRACEUR_MUJOCO_ROOT=${TRACEUR_MUJOCO_ROOT} holds no libmujoco.so")
-  endif()
-  list(GET TRACEUR_MUJOCO_LIBRARY 0 TRACEUR_MUJOCO_LIBRARY)
-  add_library(mujoco::mujoco SHARED IMPORTED)
-  set_target_properties(mujoco::mujoco PROPERTIES
-    IMPORTED_LOCATION ${TRACEUR_MUJOCO_LIBRARY}
-    INTERFACE_INCLUDE_DIRECTORIES ${TRACEUR_MUJOCO_INCLUDE})
+  set(traceur_mujoco_root ${TRACEUR_MUJOCO_ROOT})
 else()
-  find_package(mujoco REQUIRED)
-  # Debian's target names the headers of libraries that MuJoCo itself was built with; they are
-  # neither needed nor always there.
-  find_path(TRACEUR_MUJOCO_INCLUDE mujoco/mujoco.h REQUIRED)
-  set_target_properties(mujoco::mujoco PROPERTIES
-    INTERFACE_INCLUDE_DIRECTORIES ${TRACEUR_MUJOCO_INCLUDE} INTERFACE_LINK_LIBRARIES "")
+  set(traceur_mujoco_root ${PROJECT_SOURCE_DIR}/external/mujoco-${TRACEUR_MUJOCO_VERSION})
 endif()
+set(header ${traceur_mujoco_root}/include/mujoco/mujoco.h)
+if(NOT EXISTS ${header})
+  message(FATAL_ERROR "No MuJoCo in ${traceur_mujoco_root}: expected include/mujoco/mujoco.h. Run tools/setup.")
+endif()
+# 4000001 is 4.0.1.
+file(STRINGS ${header} found REGEX "#define mjVERSION_HEADER")
+string(REGEX REPLACE "[^0-9]" "" found "${found}")
+string(REPLACE "." ";" parts ${TRACEUR_MUJOCO_VERSION})
+list(GET parts 0 major)
+list(GET parts 1 minor)
+list(GET parts 2 patch)
+math(EXPR expected "${major} * 1000000 + ${minor} * 1000 + ${patch}")
+if(NOT found EQUAL expected)
+  message(FATAL_ERROR "${traceur_mujoco_root} holds the MuJoCo whose mjVERSION_HEADER is ${found}: "
+          "expected ${expected}, version ${TRACEUR_MUJOCO_VERSION}.")
+endif()
+set(traceur_mujoco_library libmujoco.so.${TRACEUR_MUJOCO_VERSION})
+find_file(TRACEUR_MUJOCO_LIBRARY ${traceur_mujoco_library}
+          PATHS ${traceur_mujoco_root} ${traceur_mujoco_root}/lib NO_CACHE NO_DEFAULT_PATH REQUIRED)
+add_library(mujoco::mujoco SHARED IMPORTED)
+set_target_properties(mujoco::mujoco PROPERTIES
+  IMPORTED_LOCATION ${TRACEUR_MUJOCO_LIBRARY}
+  INTERFACE_INCLUDE_DIRECTORIES ${traceur_mujoco_root}/include)

@@ -32,8 +32,12 @@ struct Need {
 std::vector<Need> needs(const sim::Model& model) {
   const auto has_motor = [](const sim::Joint& j) { return j.motor >= 0; };
   const bool moves = std::any_of(model.joints().begin(), model.joints().end(), has_motor);
-  return {{"learn", moves ? std::vector<std::string>()
-                          : std::vector<std::string>{"a hinge or slide with a name"}}};
+  std::vector<std::string> missing;
+  if (!moves) missing.emplace_back("a hinge or slide with a name");
+  if (!model.canTouchWorld()) {
+    missing.emplace_back("a shape that collides: nothing of it can touch the ground");
+  }
+  return {{"learn", missing}};
 }
 
 /// What the robot's file leaves to each skill to say, or to be without.

@@ -21,7 +21,7 @@ RunFile::Meta toMeta(const LearnOptions& o, const skill::Skill& skill) {
           {"skill", skill.name},
           {"skill_file", o.skill_file},
           {"skill_text", skill.text},
-          {"model", skill.model->mjcf()},
+          {"model", fmt::format("{:016x}", skill.model->fingerprint())},
           {"parameters", parameters},
           {"task", fmt::format("{}", o.task)},
           {"task_unit", skill.task.unit},
@@ -39,7 +39,10 @@ RunFile::Meta toMeta(const LearnOptions& o, const skill::Skill& skill) {
 std::shared_ptr<const skill::Skill> skillOf(const RunFile& run) {
   const std::string file = required(run, "skill_file");
   auto skill = skill::Skill::fromText(required(run, "skill_text"), file);
-  if (skill->model->mjcf() == required(run, "model")) return skill;
+  // Prints of different engines cannot be compared; what was learned may still be tried.
+  const bool comparable = required(run, "engine") == sim::engineVersion();
+  const std::string print = fmt::format("{:016x}", skill->model->fingerprint());
+  if (!comparable || print == required(run, "model")) return skill;
   throw InputError(fmt::format(
       "{}: learned with another robot: the {} found from {} has changed since", run.path().string(),
       skill->model->robot() ? skill->model->robot()->name : "one", file));

@@ -13,7 +13,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/render/gl_context.h"
-#include "traceur/sim/mujoco_compat.h"
+#include "traceur/sim/engine.h"
 
 namespace traceur::render {
 namespace {
@@ -173,7 +173,7 @@ Offscreen::State::State(std::shared_ptr<const sim::Model> model_in,
                         const OffscreenOptions& options_in)
     : model(std::move(model_in)), options(options_in) {
   std::string error;
-  m = sim::loadXmlText(model->mjcf(), error);
+  m = sim::compileText(model->mjcf(), error).release();
   if (!m) throw InputError(fmt::format("the scene cannot be drawn: {}", error));
   d = mj_makeData(m);
   mjv_defaultOption(&show);
@@ -370,7 +370,7 @@ void Offscreen::State::shiftRaster(double x, double y) {
 void Offscreen::State::shiftSun(const Vector3d& look_at, double x, double y) {
   for (int i = 0; i < scene.nlight; ++i) {
     mjvLight& light = scene.lights[i];
-    if (light.headlight || !light.castshadow || !sim::isDirectional(light)) continue;
+    if (light.headlight || !light.castshadow || light.type != mjLIGHT_DIRECTIONAL) continue;
     const Vector3d forward = Eigen::Map<Eigen::Vector3f>(light.dir).cast<double>().normalized();
     const Vector3d right = forward.unitOrthogonal();
     const Vector3d shifted =

@@ -59,7 +59,7 @@ std::string fallPrints() {
     Hash hash;
     hash.add(readFile(file));
     hash.add(readFile(skill::findRobot(robot, std::filesystem::current_path())));
-    hash.add(sim::Model::fromScene({.robot = falls.robot})->mjcf());
+    hash.add(fmt::format("{}", sim::Model::fromScene({.robot = falls.robot})->fingerprint()));
     prints += fmt::format(" {} {:08x}", robot, hash.value() & 0xffffffff);
   }
   return prints;

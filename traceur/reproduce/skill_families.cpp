@@ -58,7 +58,7 @@ std::string skillPrints() {
     const auto skill = skillOf(f.name);
     Hash hash;
     hash.add(skill->text);
-    hash.add(skill->model->mjcf());
+    hash.add(fmt::format("{}", skill->model->fingerprint()));
     prints += fmt::format(" {} {:08x}", f.name, hash.value() & 0xffffffff);
   }
   return prints;

@@ -6,8 +6,9 @@
 #include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/core/hash.h"
 #include "traceur/core/text.h"
-#include "traceur/sim/mujoco_compat.h"
+#include "traceur/sim/compose.h"
 
 namespace traceur::sim {
 namespace {
@@ -77,29 +78,41 @@ bool sameBodies(const mjModel& a, const mjModel& b) {
          equal(a.body_ipos, b.body_ipos, 3 * a.nbody);
 }
 
-/// Compiles what matters to physics. Geoms that cannot touch anything took a quarter of a step of a
-/// robot with 52 of them, in kinematics and in the search for contacts; they stay only where they
-/// decide a body's mass, which MuJoCo 2.2 forgets with them.
-ModelPointer loadPhysics(const std::string& mjcf, std::string& error) {
-  ModelPointer whole(loadXmlText(mjcf, error), mj_deleteModel);
-  const size_t end = mjcf.rfind("</mujoco>");
-  if (!whole || end == std::string::npos) return whole;
-  std::string text = mjcf;
-  text.insert(end, R"(<compiler discardvisual="true"/>)");
+/// Keeps what matters to physics. Geoms that cannot touch anything took a quarter of a step of a
+/// robot with 52 of them, in kinematics and in the search for contacts.
+ModelPointer lean(mjSpec& spec, ModelPointer whole) {
   std::string ignored;
-  ModelPointer lean(loadXmlText(text, ignored), mj_deleteModel);
-  return lean && sameBodies(*whole, *lean) ? std::move(lean) : std::move(whole);
+  if (mjs_discardVisual(&spec, nullptr) < 0) return whole;
+  ModelPointer found = compile(spec, ignored);
+  return found && sameBodies(*whole, *found) ? std::move(found) : std::move(whole);
 }
 
-/// The model's bytes; a world of it can be made and put into its first state.
-std::string compiledPhysics(const std::string& mjcf, const std::string& file) {
+/// The MJCF to be kept and the physics as bytes, of which a world can be made and put into its
+/// first state: "LENGTH MJCF BYTES".
+/// @param mjcf  empty: what the engine writes
+std::string compiled(mjSpec& spec, std::string mjcf, const std::string& file) {
   std::string error;
-  const ModelPointer model = loadPhysics(mjcf, error);
-  if (!model) throw InputError(fmt::format("{}: {}", file, error));
+  ModelPointer whole = compile(spec, error);
+  if (whole && mjcf.empty()) mjcf = toXml(spec, error);
+  if (mjcf.empty() || !whole) throw InputError(fmt::format("{}: {}", file, error));
+  const ModelPointer model = lean(spec, std::move(whole));
   mjData* data = mj_makeData(model.get());
   mj_forward(model.get(), data);
   mj_deleteData(data);
-  return toBytes(*model);
+  return fmt::format("{} ", mjcf.size()) + mjcf + toBytes(*model);
+}
+
+/// The body under the world whose tree has the most degrees of freedom: of several things in a
+/// robot's file, the robot.
+/// @param end  of the bodies that are asked
+int rootOf(const mjModel* m, int end) {
+  std::vector<int> freedoms(m->nbody, 0);
+  for (int v = 0; v < m->nv; ++v) ++freedoms[m->body_rootid[m->dof_bodyid[v]]];
+  int root = end > 1 ? 1 : 0;
+  for (int b = 1; b < end; ++b) {
+    if (freedoms[b] > freedoms[root]) root = b;
+  }
+  return root;
 }
 
 }  // namespace
@@ -108,30 +121,20 @@ std::string engineVersion() {
   return std::string("MuJoCo ") + mj_versionString();
 }
 
-Model::Model(const std::function<std::string()>& make, std::shared_ptr<const Robot> robot)
+Model::Model(std::string_view compiled, std::shared_ptr<const Robot> robot)
     : robot_(std::move(robot)) {
-  const std::string file = robot_ ? robot_->file.string() : "scene";
-  const std::string both = compiledApart(file, [&] {
-    const std::string mjcf = make();
-    return fmt::format("{} ", mjcf.size()) + mjcf + compiledPhysics(mjcf, file);
-  });
-  const size_t begin = both.find(' ') + 1;
-  mjcf_ = both.substr(begin, std::stoul(both));
-  model_ = toModel(std::string_view(both).substr(begin + mjcf_.size())).release();
+  const size_t begin = compiled.find(' ') + 1;
+  mjcf_ = compiled.substr(begin, std::stoul(std::string(compiled.substr(0, begin))));
+  model_ = toModel(compiled.substr(begin + mjcf_.size())).release();
   const mjModel* m = model_;
-  // The robot comes first in the document, so its root is the first body that floats; a robot
-  // bolted to the world has the first body as root. Props without a robot stand in for one.
+  // Props come last in the document. Without a robot they stand in for one.
   const int numeric = mj_name2id(m, mjOBJ_NUMERIC, kPropsName);
   const int count = numeric < 0 ? 0 : static_cast<int>(m->numeric_data[m->numeric_adr[numeric]]);
-  const int props = m->nbody - count;
-  for (int b = 1; b < (props > 1 ? props : m->nbody) && root_.value < 0; ++b) {
-    if (m->body_parentid[b] == 0 && m->body_jntnum[b] > 0 &&
-        m->jnt_type[m->body_jntadr[b]] == mjJNT_FREE) {
-      root_.value = b;
-      root_dofs_ = 6;
-    }
+  const int bodies = static_cast<int>(m->nbody);
+  root_.value = rootOf(m, bodies - count > 1 ? bodies - count : bodies);
+  if (m->body_jntnum[root_.value] > 0 && m->jnt_type[m->body_jntadr[root_.value]] == mjJNT_FREE) {
+    root_dofs_ = 6;
   }
-  if (root_.value < 0) root_.value = m->nbody > 1 ? 1 : 0;
   if (root_dofs_ == 6) {
     const int joint = m->body_jntadr[root_.value];
     const double* damping = m->dof_damping + m->jnt_dofadr[joint];
@@ -153,6 +156,9 @@ Model::Model(const std::function<std::string()>& make, std::shared_ptr<const Rob
       if (isPlainMotor(m, a) && m->actuator_trnid[2 * a] == j) joint.motor = a;
     }
     joint.limit = {kNone, kNone, -kNone, kNone};
+    if (joint.motor >= 0 && m->actuator_forcerange[2 * joint.motor + 1] > 0) {
+      joint.limit.torque = m->actuator_forcerange[2 * joint.motor + 1];
+    }
     if (m->jnt_limited[j]) {
       joint.limit.min = m->jnt_range[2 * j];
       joint.limit.max = m->jnt_range[2 * j + 1];
@@ -170,7 +176,9 @@ Model::~Model() {
 }
 
 std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
-  std::shared_ptr<const Model> model(new Model([&] { return composeMjcf(scene); }, scene.robot));
+  const std::string file = scene.robot ? scene.robot->file.string() : "scene";
+  const std::string made = compiledApart(file, [&] { return compiled(*compose(scene), "", file); });
+  std::shared_ptr<const Model> model(new Model(made, scene.robot));
   if (const Robot* robot = scene.robot.get()) {
     // Every name of the TOML must mean something in the model.
     Diagnostics diagnostics((robot->toml.empty() ? robot->file : robot->toml).string());
@@ -200,7 +208,22 @@ std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
 }
 
 std::shared_ptr<const Model> Model::fromMjcf(const std::string& text) {
-  return std::shared_ptr<const Model>(new Model([&] { return text; }, nullptr));
+  const std::string made = compiledApart("scene", [&] {
+    std::string error;
+    const SpecPointer spec = parseText(text, error);
+    if (!spec) throw InputError("scene: " + error);
+    return compiled(*spec, text, "scene");
+  });
+  return std::shared_ptr<const Model>(new Model(made, nullptr));
+}
+
+std::uint64_t Model::fingerprint() const {
+  // Where meshes lie is not what they are.
+  const ModelPointer placeless(mj_copyModel(nullptr, model_), mj_deleteModel);
+  std::fill_n(placeless->paths, placeless->npaths, '\0');
+  Hash hash;
+  hash.add(toBytes(*placeless));
+  return hash.value();
 }
 
 int Model::nq() const {
@@ -245,6 +268,18 @@ bool Model::isRobot(BodyId body) const {
 }
 double Model::bodyMass(BodyId body) const {
   return model_->body_mass[body.value];
+}
+
+bool Model::canTouchWorld() const {
+  const mjModel* m = model_;
+  const auto is_robots = [&](int geom) { return isRobot({m->geom_bodyid[geom]}); };
+  for (int g = 0; g < m->ngeom; ++g) {
+    if (is_robots(g) && (m->geom_contype[g] != 0 || m->geom_conaffinity[g] != 0)) return true;
+  }
+  for (int p = 0; p < m->npair; ++p) {
+    if (is_robots(m->pair_geom1[p]) != is_robots(m->pair_geom2[p])) return true;
+  }
+  return false;
 }
 
 const Joint& Model::joint(std::string_view name) const {

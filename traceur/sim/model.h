@@ -2,7 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -80,6 +80,9 @@ class Model {
   /// the model does not have.
   bool isRobot(BodyId body) const;
   double bodyMass(BodyId body) const;  ///< [kg]
+  /// Whether any of the robot's shapes can touch what is not the robot. One that cannot falls for
+  /// ever.
+  bool canTouchWorld() const;
 
   /// The robot's hinges and slides, in the order of v. Props' joints are not among them.
   const std::vector<Joint>& joints() const { return joints_; }
@@ -96,16 +99,17 @@ class Model {
 
   /// Which scene's robot this is; null for fromMjcf.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
-  /// The MJCF this was compiled from: enough to make it again anywhere, but for meshes and
-  /// textures, of which it holds absolute paths.
+  /// The scene as MJCF, for pictures and for other programs: its numbers have six digits, and of
+  /// meshes and textures it holds absolute paths.
   const std::string& mjcf() const { return mjcf_; }
+  /// A print of all that decides motion, to the last digit; another with another engine.
+  std::uint64_t fingerprint() const;
   /// The physics: without geoms that cannot touch anything, textures and the like. What is to be
   /// seen is compiled from mjcf(); bodies, q and v are the same in both.
   const mjModel_* raw() const { return model_; }
 
  private:
-  /// @param make  gives the MJCF
-  Model(const std::function<std::string()>& make, std::shared_ptr<const Robot> robot);
+  Model(std::string_view compiled, std::shared_ptr<const Robot> robot);
 
   std::string mjcf_;
   std::shared_ptr<const Robot> robot_;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "traceur/core/is_file.h"
+#include "traceur/core/printable.h"
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
 
@@ -65,12 +66,19 @@ void readUrdfLimits(const std::filesystem::path& file, Robot& robot) {
     const tinyxml2::XMLElement* limit = j->FirstChildElement("limit");
     const char* name = j->Attribute("name");
     const char* type = j->Attribute("type");
-    if (!limit || !name || (type && std::string_view(type) == "fixed")) continue;
+    const std::string_view kind = type ? type : "";
+    const bool turns_on = kind == "continuous";
+    if (!limit || !name || (kind != "revolute" && kind != "prismatic" && !turns_on)) continue;
     JointLimit l{limit->DoubleAttribute("effort"), limit->DoubleAttribute("velocity"),
                  limit->DoubleAttribute("lower"), limit->DoubleAttribute("upper")};
     if (!(l.torque > 0)) l.torque = kNone;
     if (!(l.speed > 0)) l.speed = kNone;
-    if (!(l.min < l.max)) {  // a continuous joint
+    if (l.min > l.max && !turns_on) {
+      throw InputError(
+          fmt::format("{}:{}: joint \"{}\": lower {} > upper {}: expected lower < upper",
+                      file.string(), limit->GetLineNum(), printable(name), l.min, l.max));
+    }
+    if (l.min == l.max || turns_on) {
       l.min = -kNone;
       l.max = kNone;
     }
@@ -123,6 +131,12 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
     p.finish();
   }
   readMirrored(reader.table("mirrored"), robot);
+  if (reader.has("motors")) {
+    robot.motors.emplace();
+    for (const std::string& word : reader.strings("motors")) {
+      for (const SignedJoint& j : robot.jointsNamed(word)) robot.motors->insert(j.joint);
+    }
+  }
   forEachJointRow(reader.table("limits"), robot, readLimit,
                   [&](const std::string& joint, JointLimit limit, double sign) {
                     if (sign < 0) limit = {limit.torque, limit.speed, -limit.max, -limit.min};

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,9 @@ struct Robot {
   std::filesystem::path toml;  ///< what says the rest; empty for a bare MJCF or URDF
   double mass_scale = 1;       ///< factor on every mass and inertia in the file
   std::optional<PublishedFigures> published;
+  /// The joints that have motors, where the TOML says it; else those that the file's actuators
+  /// drive, or all that do not follow another where it has none.
+  std::optional<std::set<std::string>> motors;
   std::map<std::string, MirroredPair> mirrored;
   std::map<std::string, JointLimit> limits;                ///< by joint
   std::map<std::string, JointGain> gains;                  ///< by joint

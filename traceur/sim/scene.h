@@ -52,13 +52,4 @@ struct Scene {
   Vector3d gravity = Vector3d(0, 0, -9.81);  ///< [m/s²]
 };
 
-/// The scene as one self-contained MJCF document (absolute asset paths): the robot's file with its
-/// masses scaled, its limits and one motor per hinge put in, ground, props, lights and sky.
-/// @throws InputError naming the file and what is wrong in it
-std::string composeMjcf(const Scene& scene);
-
-/// Name of the `<numeric>` with the number of props, whose bodies are the document's last: what is
-/// before them is the robot's.
-inline constexpr const char* kPropsName = "traceur_props";
-
 }  // namespace traceur::sim

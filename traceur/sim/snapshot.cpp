@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "traceur/sim/mujoco_compat.h"
+#include "traceur/sim/engine.h"
 
 namespace traceur::sim {
 namespace {
@@ -176,31 +176,33 @@ void Snapshot::externalForce(Eigen::Ref<VectorXd> tau) const {
 void Snapshot::solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const {
   const mjModel* m = model_->raw();
   const int n = m->nv;
-  const int* row = m->dof_Madr;  // row i holds M(i,i), M(i,parent), M(i,grandparent), …
-  const int* column = ancestor_.data();
+  // Row k of M's lower triangle holds its non-zeros by column: the ancestors of k from the root on,
+  // last k itself. So row i, of an ancestor, has the columns with which row k begins.
+  const int* begin = m->M_rowadr;
+  const int* count = m->M_rownnz;
+  const int* column = m->M_colind;
   double* L = factor_.data();
   double* x = b.data();
-  const auto end = [&](int i) { return i + 1 < n ? row[i + 1] : m->nM; };
-  std::copy(data_->qM, data_->qM + m->nM, L);
-  for (int i = 0; i < n; ++i) L[row[i]] += d[i];
+  const auto diagonal = [&](int k) { return begin[k] + count[k] - 1; };
+  std::copy(data_->M, data_->M + m->nC, L);
+  for (int k = 0; k < n; ++k) L[diagonal(k)] += d[k];
   for (int k = n - 1; k >= 0; --k) {
-    const double inverse = 1 / L[row[k]];
-    for (int at = row[k] + 1; at < end(k); ++at) {
+    const double inverse = 1 / L[diagonal(k)];
+    for (int at = diagonal(k) - 1; at >= begin[k]; --at) {
       const double a = L[at] * inverse;
-      double* above = L + row[column[at]];
-      const double* here = L + at;
-      const int count = end(k) - at;
-      for (int j = 0; j < count; ++j) above[j] -= a * here[j];
+      double* above = L + begin[column[at]];
+      const double* here = L + begin[k];
+      for (int j = 0; j <= at - begin[k]; ++j) above[j] -= a * here[j];
       L[at] = a;
     }
-    L[row[k]] = inverse;
+    L[diagonal(k)] = inverse;
   }
   for (int k = n - 1; k >= 0; --k) {
-    for (int at = row[k] + 1; at < end(k); ++at) x[column[at]] -= L[at] * x[k];
+    for (int at = begin[k]; at < diagonal(k); ++at) x[column[at]] -= L[at] * x[k];
   }
   for (int k = 0; k < n; ++k) {
-    double sum = x[k] * L[row[k]];
-    for (int at = row[k] + 1; at < end(k); ++at) sum -= L[at] * x[column[at]];
+    double sum = x[k] * L[diagonal(k)];
+    for (int at = diagonal(k) - 1; at >= begin[k]; --at) sum -= L[at] * x[column[at]];
     x[k] = sum;
   }
 }

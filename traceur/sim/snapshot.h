@@ -89,7 +89,6 @@ class Snapshot {
   mutable bool has_angular_momentum_ = false;
   mutable Matrix3Xd momentum_;          // scratch of comVelocity
   mutable std::vector<double> factor_;  // scratch of solveInertia
-  std::vector<int> ancestor_;           // the column of each entry of the inertia matrix's rows
 };
 
 }  // namespace traceur::sim

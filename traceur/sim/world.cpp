@@ -5,7 +5,7 @@
 #include <cassert>
 
 #include "traceur/core/error.h"
-#include "traceur/sim/mujoco_compat.h"
+#include "traceur/sim/engine.h"
 
 namespace traceur::sim {
 
@@ -15,10 +15,7 @@ World::World(std::shared_ptr<const Model> model, Options options)
   snapshot_.data_ = data_;
   snapshot_.wants_joint_forces_ = options_.joint_forces;
   const mjModel* m = model_->raw();
-  snapshot_.factor_.resize(m->nM);
-  for (int i = 0; i < m->nv; ++i) {
-    for (int j = i; j >= 0; j = m->dof_parentid[j]) snapshot_.ancestor_.push_back(j);
-  }
+  snapshot_.factor_.resize(m->nC);
   snapshot_.momentum_.resize(3, m->nbody);
   snapshot_.joint_forces_ = Matrix3Xd::Zero(3, options_.joint_forces ? model_->bodies() : 0);
   snapshot_.contacts_.reserve(128);
@@ -53,7 +50,7 @@ void World::reset(const State& state) {
   mj_resetData(m, data_);
   pushed_ = false;
   write(state);
-  mj_forward(m, data_);
+  out_of_room_ = !completes(mj_forward, m, data_);
   snapshot_.capture();
 }
 
@@ -70,17 +67,20 @@ void World::place(const State& state) {
 void World::step(const Torque& torque) {
   const mjModel* m = model_->raw();
   assert(torque.tau.size() == m->nu);
+  if (out_of_room_) return;
   Eigen::Map<VectorXd>(data_->ctrl, m->nu) = torque.tau;
   // No contact whose force is being solved for: the step will be one of flight.
   const bool flies = model_->gravityAlone() && !pushed_ && !snapshot_.willTouchWorld();
   const Vector3d v_before = flies ? snapshot_.comVelocity() : Vector3d::Zero();
   // reset() and the end of step() leave positions and velocities evaluated, so the second half
   // comes first: between the halves the engine still holds the forces it has just solved for.
-  mj_step2(m, data_);
+  out_of_room_ = !completes(mj_step2, m, data_);
+  if (out_of_room_) return;
   snapshot_.capture();
   mj_checkPos(m, data_);
   mj_checkVel(m, data_);
-  mj_fwdPosition(m, data_);
+  out_of_room_ = !completes(mj_fwdPosition, m, data_);
+  if (out_of_room_) return;
   if (flies) {
     // In flight gravity alone moves the COM. Euler's step in joint coordinates keeps that only to
     // O(Δt); shifting the root's velocity by the error makes linear momentum exact.
@@ -112,7 +112,7 @@ bool World::diverged() const {
 }
 
 bool World::overflowed() const {
-  return data_->warning[mjWARN_CONTACTFULL].number > 0 ||
+  return out_of_room_ || data_->warning[mjWARN_CONTACTFULL].number > 0 ||
          data_->warning[mjWARN_CNSTRFULL].number > 0;
 }
 

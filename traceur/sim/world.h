@@ -65,7 +65,8 @@ class World {
   std::shared_ptr<const Model> model_;
   Options options_;
   mjData_* data_ = nullptr;
-  bool pushed_ = false;  // since the last reset
+  bool pushed_ = false;       // since the last reset
+  bool out_of_room_ = false;  // the engine gave up in a step: no other before a reset
   Snapshot snapshot_;
 };
 

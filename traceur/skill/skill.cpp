@@ -247,6 +247,11 @@ class SkillReader {
       read.mass_scale *= skill_.disturbance.mass;
       scene.robot = std::make_shared<const sim::Robot>(std::move(read));
       skill_.model = sim::Model::fromScene(scene);
+      if (scene.ground && skill_.model->rootDofs() == 6 && !skill_.model->canTouchWorld()) {
+        top.fail("robot", fmt::format("\"robot\": nothing of it can touch the ground: expected a "
+                                      "shape that collides in {}",
+                                      scene.robot->file.string()));
+      }
       return;
     } catch (const InputError& e) {
       wrong = e.what();
