@@ -1,6 +1,7 @@
 // Joint PD control that stays stable at any gain, and the limits of real motors.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,7 @@ class StablePd {
   /// first.
   std::span<sim::JointLimit> limits() { return limits_; }
   std::span<sim::JointGain> gains() { return gains_; }
+  const std::shared_ptr<const sim::Model>& model() const { return model_; }
 
  private:
   std::shared_ptr<const sim::Model> model_;

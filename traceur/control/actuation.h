@@ -1,0 +1,40 @@
+// What a controller asks of a robot's motors, and the one place that makes torques of it.
+#pragma once
+
+#include <vector>
+
+#include "traceur/control/stable_pd.h"
+
+namespace traceur::control {
+
+/// What is asked for one step.
+struct Command {
+  JointTarget target;  ///< by joint [rad | m]
+  VectorXd stiffness;  ///< by joint: factor on kp; empty: 1
+  VectorXd damping;    ///< by joint: factor on kd; empty: 1. Where both are 0 a joint is limp.
+  std::vector<VirtualForce> forces;
+  bool limited = true;  ///< whether the forces' torques count against the motors' limits
+};
+
+/// Virtual forces, then PD that knows of them, then one clamp:
+///
+///     τ₀ = Σ Jᵀ f,   τ = clamp(τ₀ + PD(q, v, τ₀))   limited, else   τ₀ + clamp(PD(q, v, τ₀))
+///
+/// with the robot's gains times the command's factors.
+class Actuation {
+ public:
+  explicit Actuation(StablePd pd);
+
+  void torque(const sim::Snapshot& s, const Command& command, sim::Torque& torque);
+
+  const sim::Model& model() const { return *model_; }
+  std::span<const sim::JointLimit> limits() { return pd_.limits(); }
+
+ private:
+  StablePd pd_;
+  std::shared_ptr<const sim::Model> model_;
+  std::vector<sim::JointGain> gains_;
+  VectorXd tau_;  // (nv)
+};
+
+}  // namespace traceur::control

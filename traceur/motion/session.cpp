@@ -1,0 +1,143 @@
+#include "traceur/motion/session.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace traceur::motion {
+namespace {
+
+int inSteps(double time, double dt) {
+  static constexpr double kMost = 1e9;
+  return static_cast<int>(std::lround(std::min(time / dt, kMost)));
+}
+
+std::span<const double> numbers(const Eigen::Ref<const Eigen::VectorXd>& x) {
+  return {x.data(), static_cast<size_t>(x.size())};
+}
+
+}  // namespace
+
+class Session::NoisySenses : public Senses {
+ public:
+  NoisySenses(const sim::Snapshot& s, double velocity_noise, Random& noise)
+      : s_(&s), velocity_noise_(velocity_noise), noise_(&noise) {}
+  Eigen::Vector3d comVelocity() override {
+    Eigen::Vector3d v = s_->comVelocity();
+    if (velocity_noise_ > 0) {
+      for (double& x : v) x += velocity_noise_ * noise_->normal();
+    }
+    return v;
+  }
+
+ private:
+  const sim::Snapshot* s_;
+  double velocity_noise_;
+  Random* noise_;
+};
+
+Session::Session(sim::World& world, control::Actuation& actuation, Controller& controller,
+                 std::span<Observer* const> observers)
+    : world_(&world), actuation_(&actuation), controller_(&controller), observers_(observers) {}
+
+void Session::begin(const sim::State& start, const TrialOptions& options) {
+  options_ = options;
+  trial_ = {};
+  hash_ = {};
+  step_ = 0;
+  const sim::Model& model = world_->model();
+  const double dt = model.timeStep();
+  steps_ = inSteps(options_.horizon, dt);
+  noise_ = Random(options_.seed, options_.stream);
+  world_->reset(start);
+  const sim::Snapshot& s = world_->snapshot();
+  command_ = {};
+  command_.target = control::targetOf(model, start);
+  late_.clear();
+  if (const int delay = inSteps(options_.delay, dt); delay > 0) {
+    // Until the first answer comes, motors do what holds the start.
+    actuation_->torque(s, command_, torque_);
+    late_.assign(static_cast<size_t>(delay), torque_);
+  } else {
+    torque_.tau.setZero(model.nu());
+  }
+  if (options_.recording) {
+    options_.recording->mjcf = model.mjcf();
+    options_.recording->frames.clear();
+  }
+  const Moment m{s, 0, 0};
+  controller_->begin(m);
+  for (Observer* o : observers_) o->begin(m);
+}
+
+bool Session::step() {
+  const sim::Snapshot& s = world_->snapshot();
+  const double dt = world_->model().timeStep();
+  const Moment m{s, step_, step_ * dt};
+  controller_->update(m);
+  std::string_view why = step_ >= steps_ ? "horizon" : "";
+  for (Observer* o : observers_) {
+    const std::string_view word = o->ends(m);
+    if (why.empty() || why == "horizon") why = word.empty() ? why : word;
+  }
+  const bool last = !why.empty();
+  for (Observer* o : observers_) o->see(m, last);
+  const bool due = step_ % std::max(1, inSteps(kInterval, dt)) == 0;
+  if (due || last) {
+    hash_.add(numbers(s.q()));
+    hash_.add(numbers(s.v()));
+  }
+  if (due && options_.recording) {
+    options_.recording->frames.push_back(sim::frameOf(s, controller_->phase(), torque_.tau));
+  }
+  if (last) return finish(m, why);
+
+  NoisySenses senses(s, options_.velocity_noise, noise_);
+  controller_->command(m, senses, command_);
+  // To a PD controller an angle read too large is a target too small.
+  if (options_.encoder_noise > 0) {
+    for (double& q : command_.target.q) q -= options_.encoder_noise * noise_.normal();
+  }
+  actuation_->torque(s, command_, torque_);
+  for (Observer* o : observers_) o->commanded(m, command_, torque_);
+  if (!late_.empty()) {
+    late_.push_back(torque_);
+    torque_ = late_.front();
+    late_.pop_front();
+  }
+  push(m);
+  world_->step(torque_);
+  ++step_;
+  if (!world_->diverged() && !world_->overflowed()) return true;
+  trial_.diverged = true;
+  return finish(m, world_->diverged() ? "diverged" : "too many contacts");
+}
+
+bool Session::finish(const Moment& m, std::string_view why) {
+  trial_.ended = why;
+  trial_.time = m.time;
+  trial_.end = world_->state();
+  trial_.hash = hash_.value();
+  if (options_.recording) options_.recording->phases = controller_->phases();
+  return false;
+}
+
+void Session::push(const Moment& m) {
+  const double dt = world_->model().timeStep();
+  for (const Push& p : options_.pushes) {
+    const int from = inSteps(p.start, dt);
+    const int until = from + inSteps(p.duration, dt);
+    if (m.step == from) world_->push(p.body, p.force, p.moment);
+    if (m.step == until) {
+      world_->push(p.body, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+    }
+  }
+}
+
+const Trial& Session::run(const sim::State& start, const TrialOptions& options) {
+  begin(start, options);
+  while (step()) {
+  }
+  return trial_;
+}
+
+}  // namespace traceur::motion

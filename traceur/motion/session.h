@@ -1,0 +1,91 @@
+// The one loop that moves a robot.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "traceur/core/hash.h"
+#include "traceur/core/random.h"
+#include "traceur/motion/controller.h"
+#include "traceur/sim/recording.h"
+
+namespace traceur::motion {
+
+/// A force and a moment on a body at its COM for a while.
+struct Push {
+  sim::BodyId body;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< world axes [N]
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< world axes [N·m]
+  double start = 0;                                  ///< since the trial began [s]
+  double duration = 0.1;                             ///< [s]
+};
+
+/// Times are rounded to whole steps.
+struct TrialOptions {
+  double horizon = std::numeric_limits<double>::infinity();  ///< [s]; without, an observer ends it
+  std::vector<Push> pushes = {};
+  double delay = 0;           ///< from a state to the torque that answers it [s]
+  double encoder_noise = 0;   ///< of the angles PD control reads, standard deviation [rad | m]
+  double velocity_noise = 0;  ///< of Senses::comVelocity, by axis [m/s]
+  std::uint64_t seed = 1;     ///< of the noise
+  std::uint64_t stream = 0;   ///< of the noise
+  sim::Recording* recording = nullptr;  ///< filled every kInterval when given
+};
+
+/// How a trial ended. That a simulation diverged is a value.
+struct Trial {
+  /// "horizon", "diverged", "too many contacts" or an observer's word.
+  std::string ended;
+  double time = 0;        ///< since it began [s]
+  bool diverged = false;  ///< or had too many contacts: what was measured means nothing
+  sim::State end;
+  std::uint64_t hash = 0;  ///< of the states every kInterval and of the last one
+};
+
+/// A trial, step by step. Equal arguments give equal bits, in a new world and in a used one.
+/// The world, the controller and the observers outlive it.
+class Session {
+ public:
+  /// Time between a recording's frames [s].
+  static constexpr double kInterval = 0.01;
+
+  Session(sim::World& world, control::Actuation& actuation, Controller& controller,
+          std::span<Observer* const> observers);
+
+  /// Puts the world into a state and begins a trial.
+  void begin(const sim::State& start, const TrialOptions& options);
+  /// One step, or the end.
+  /// @return whether there is a next one
+  bool step();
+  /// What has become of it; whole once step() has returned false.
+  const Trial& trial() const { return trial_; }
+
+  /// A whole trial.
+  const Trial& run(const sim::State& start, const TrialOptions& options);
+
+ private:
+  class NoisySenses;
+
+  bool finish(const Moment& m, std::string_view why);
+  void push(const Moment& m);
+
+  sim::World* world_;
+  control::Actuation* actuation_;
+  Controller* controller_;
+  std::span<Observer* const> observers_;
+  TrialOptions options_;
+  Trial trial_;
+  int step_ = 0;
+  int steps_ = 0;  // of the horizon
+  Random noise_{0};
+  Hash hash_;
+  control::Command command_;
+  sim::Torque torque_;
+  std::deque<sim::Torque> late_;  // what a delay keeps back, the oldest first
+};
+
+}  // namespace traceur::motion

@@ -1,0 +1,208 @@
+#include "traceur/motion/session.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace traceur::motion {
+namespace {
+
+using Eigen::VectorXd;
+
+/// A pendulum without gravity: a rod of 1 kg m² about its hinge, a motor, and a ball that floats.
+std::shared_ptr<const sim::Model> rod() {
+  static const auto kModel = sim::Model::fromMjcf(R"(<mujoco>
+    <option timestep="0.001" gravity="0 0 0" integrator="Euler"/>
+    <worldbody><body name="rod"><joint name="hinge" axis="0 1 0"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody>
+    <actuator><motor name="hinge" joint="hinge"/></actuator></mujoco>)");
+  return kModel;
+}
+
+/// Holds what it is told; a phase each half of the way to `end`.
+class Hold : public Controller {
+ public:
+  double target = 0;
+  double halfway = 1e9;  // [s]
+  double sensed = 0;
+  int begun = 0;
+  std::vector<double> commands;  // at these times [s]
+
+  void begin(const Moment& m) override {
+    ++begun;
+    EXPECT_EQ(m.step, 0);
+    phase_ = 0;
+    commands.clear();
+  }
+  void update(const Moment& m) override {
+    if (m.time >= halfway) phase_ = 1;
+  }
+  void command(const Moment& m, Senses& senses, control::Command& c) override {
+    commands.push_back(m.time);
+    c.target.q = VectorXd::Constant(1, target);
+    sensed = senses.comVelocity().x();
+  }
+  int phase() const override { return phase_; }
+  std::vector<std::string> phases() const override { return {"first", "second"}; }
+
+ private:
+  int phase_ = 0;
+};
+
+class Watch : public Observer {
+ public:
+  int end_at = 1 << 30;  // step
+  int seen = 0;
+  int lasts = 0;
+  std::vector<double> torques;
+
+  void begin(const Moment& /*m*/) override {
+    seen = lasts = 0;
+    torques.clear();
+  }
+  std::string_view ends(const Moment& m) override { return m.step >= end_at ? "enough" : ""; }
+  void see(const Moment& /*m*/, bool last) override {
+    ++seen;
+    lasts += last;
+  }
+  void commanded(const Moment& /*m*/, const control::Command& /*c*/,
+                 const sim::Torque& torque) override {
+    torques.push_back(torque.tau[0]);
+  }
+};
+
+struct Bench {
+  sim::World world{rod()};
+  control::Actuation actuation{control::StablePd(rod(), {{.kp = 100, .kd = 20}})};
+  Hold controller;
+  Watch watch;
+  std::vector<Observer*> observers = {&watch};
+  Session session{world, actuation, controller, observers};
+};
+
+sim::State at(double q, double v = 0) {
+  return {0, VectorXd::Constant(1, q), VectorXd::Constant(1, v)};
+}
+
+TEST(Session, RunsToTheHorizonAndTellsItsEnd) {
+  Bench b;
+  b.controller.target = 1;
+  const Trial t = b.session.run(at(0), {.horizon = 3});
+  EXPECT_EQ(t.ended, "horizon");
+  EXPECT_DOUBLE_EQ(t.time, 3);
+  EXPECT_FALSE(t.diverged);
+  EXPECT_NEAR(t.end.q[0], 1, 1e-4);  // critically damped, of 0.1 s
+  EXPECT_EQ(b.watch.seen, 3001);     // every moment, the last one too
+  EXPECT_EQ(b.watch.lasts, 1);
+  EXPECT_EQ(b.controller.commands.size(), 3000u);
+  EXPECT_EQ(b.controller.begun, 1);
+}
+
+TEST(Session, AnObserverEndsItAndItsWordCounts) {
+  Bench b;
+  b.watch.end_at = 700;
+  Trial t = b.session.run(at(0), {});
+  EXPECT_EQ(t.ended, "enough");
+  EXPECT_DOUBLE_EQ(t.time, 0.7);
+  t = b.session.run(at(0), {.horizon = 0.7});
+  EXPECT_EQ(t.ended, "enough");  // more than that time is up
+}
+
+TEST(Session, StepByStepIsTheSameTrial) {
+  Bench b;
+  b.controller.target = 1;
+  const Trial whole = b.session.run(at(0.2), {.horizon = 0.5});
+  Bench other;
+  other.controller.target = 1;
+  other.session.begin(at(0.2), {.horizon = 0.5});
+  int steps = 0;
+  while (other.session.step()) ++steps;
+  EXPECT_EQ(steps, 500);
+  EXPECT_EQ(other.session.trial().hash, whole.hash);
+  EXPECT_EQ(b.session.run(at(0.2), {.horizon = 0.5}).hash, whole.hash);  // in a used world
+  EXPECT_NE(b.session.run(at(0.3), {.horizon = 0.5}).hash, whole.hash);
+}
+
+TEST(Session, ATrialGoesOnFromAnothersEnd) {
+  Bench b;
+  b.controller.target = 1;
+  const sim::State end = b.session.run(at(0), {.horizon = 0.2}).end;
+  const sim::State on = b.session.run(end, {.horizon = 0.3}).end;
+  const sim::State whole = b.session.run(at(0), {.horizon = 0.5}).end;
+  EXPECT_NEAR(on.q[0], whole.q[0], 1e-12);
+  EXPECT_NEAR(on.v[0], whole.v[0], 1e-12);
+  EXPECT_NEAR(on.time, whole.time, 1e-12);
+}
+
+TEST(Session, APushIsForceTimesTimeOnTheBody) {
+  Bench b;
+  b.observers.clear();
+  Session session(b.world, b.actuation, b.controller, {});
+  control::Actuation limp(control::StablePd(rod(), {{.kp = 0, .kd = 0}}));
+  Session free(b.world, limp, b.controller, {});
+  const sim::BodyId body = rod()->body("rod");
+  const Push push{.body = body, .moment = {0, 2, 0}, .start = 0.1, .duration = 0.25};
+  EXPECT_NEAR(free.run(at(0), {.horizon = 0.1, .pushes = {push}}).end.v[0], 0, 1e-12);
+  EXPECT_NEAR(free.run(at(0), {.horizon = 0.2, .pushes = {push}}).end.v[0], 0.2, 1e-9);
+  EXPECT_NEAR(free.run(at(0), {.horizon = 1, .pushes = {push}}).end.v[0], 0.5, 1e-9);
+}
+
+TEST(Session, ADelayKeepsCommandsBackAndHoldsTheStartUntilThen) {
+  Bench b;
+  b.controller.target = 1;
+  b.session.run(at(0), {.horizon = 0.05});
+  const double first = b.watch.torques.front();
+  EXPECT_GT(first, 1);
+  b.session.begin(at(0), {.horizon = 0.05, .delay = 0.01});
+  for (int i = 0; i < 10; ++i) b.session.step();
+  EXPECT_EQ(b.world.state().v[0], 0);
+  b.session.step();
+  EXPECT_NEAR(b.world.state().v[0], first * 0.001, 1e-12);
+}
+
+TEST(Session, NoiseIsOfItsSizeAndFollowsFromSeedAndStream) {
+  Bench b;
+  const auto run = [&](TrialOptions o) {
+    o.horizon = 2;
+    b.session.run(at(0), o);
+    return b.watch.torques;
+  };
+  // 100 N m/rad times the error read is the torque asked for, as far as the step's own motion does
+  // not enter.
+  const auto noisy = run({.encoder_noise = 0.01});
+  double sum = 0;
+  for (const double t : noisy) sum += t * t;
+  EXPECT_NEAR(std::sqrt(sum / noisy.size()), 1, 0.2);
+  EXPECT_EQ(noisy, run({.encoder_noise = 0.01}));
+  EXPECT_NE(noisy, run({.encoder_noise = 0.01, .seed = 2}));
+  EXPECT_NE(noisy, run({.encoder_noise = 0.01, .stream = 1}));
+  run({.velocity_noise = 0.5});
+  EXPECT_NE(b.controller.sensed, 0);
+  run({});
+  EXPECT_EQ(b.controller.sensed, 0);
+}
+
+TEST(Session, RecordsPhasesAndFramesEveryHundredth) {
+  Bench b;
+  b.controller.halfway = 0.5;
+  sim::Recording r;
+  r.frames.resize(7);  // of an earlier trial
+  b.session.run(at(0), {.horizon = 1, .recording = &r});
+  EXPECT_EQ(r.phases, (std::vector<std::string>{"first", "second"}));
+  ASSERT_EQ(r.frames.size(), 101u);
+  EXPECT_EQ(r.frames[49].phase, 0);
+  EXPECT_EQ(r.frames[50].phase, 1);
+  EXPECT_NEAR(r.frames[100].state.time, 1, 1e-9);
+  EXPECT_EQ(r.mjcf, rod()->mjcf());
+}
+
+TEST(Session, ASimulationThatDivergesEndsAndSaysSo) {
+  Bench b;
+  const Trial t = b.session.run(at(0, 1e12), {.horizon = 1});
+  EXPECT_TRUE(t.diverged);
+  EXPECT_EQ(t.ended, "diverged");
+  EXPECT_LT(t.time, 0.1);
+}
+
+}  // namespace
+}  // namespace traceur::motion

@@ -1,0 +1,40 @@
+// Where the numbers live that a skill's expressions name.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "traceur/control/expression.h"
+#include "traceur/control/signals.h"
+#include "traceur/skill/names.h"
+#include "traceur/skill/skill.h"
+
+namespace traceur::skill {
+
+/// One trial's numbers, by name. Expressions that were bound to them live no longer than they do.
+class Places {
+ public:
+  explicit Places(const Skill& skill);
+  Places(const Places&) = delete;
+  Places& operator=(const Places&) = delete;
+
+  /// null where nothing of this scope has the name
+  const double* find(Scope scope, const std::string& name);
+  control::Expression::Lookup in(Scope scope);
+
+  VectorXd parameters;
+  double task = 0;
+  double horizon = 0;            ///< [s]
+  double time = 0;               ///< [s]
+  double phase_time = 0;         ///< [s]
+  std::vector<double> measures;  ///< by Skill::measures
+  std::vector<double> failed;    ///< by Skill::failures: 0 or 1
+  control::Signals signals;
+  /// Whether an expression that is not a verdict's reads the task.
+  bool task_moves = false;
+
+ private:
+  const Skill* skill_;
+};
+
+}  // namespace traceur::skill

@@ -1,0 +1,68 @@
+// A skill's phases, forces and feedback, followed step by step.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "traceur/motion/controller.h"
+#include "traceur/skill/places.h"
+
+namespace traceur::skill {
+
+/// Moves the targets from phase to phase:
+///
+///     q* = q₀ + min(1, t / T) (q₁ − q₀) + feedback
+///
+/// from where the last phase left them to this one's in its blend T, t since it was entered.
+class SkillController : public motion::Controller {
+ public:
+  /// @param places  of the trial; its parameters and task are set before begin()
+  SkillController(std::shared_ptr<const Skill> skill, Places& places);
+
+  void begin(const motion::Moment& m) override;
+  void update(const motion::Moment& m) override;
+  void command(const motion::Moment& m, motion::Senses& senses, control::Command& c) override;
+  int phase() const override { return phase_; }
+  std::vector<std::string> phases() const override;
+
+ private:
+  struct Target {
+    int joint;
+    double sign;
+    control::Expression value;
+  };
+  struct Force {
+    control::VirtualForce force;
+    control::Expression x, y, z;
+  };
+  struct BoundPhase {
+    std::vector<Target> targets;
+    control::Expression blend;
+    std::vector<Force> forces;
+    std::optional<control::Expression> until;
+  };
+  struct BoundFeedback {
+    std::vector<Target> joints;
+    const std::vector<bool>* during;
+  };
+
+  static std::vector<Target> bind(const std::vector<JointValue>& values,
+                                  const control::Expression::Lookup& lookup);
+  void enter(int phase, const motion::Moment& m);
+
+  std::shared_ptr<const Skill> skill_;
+  Places* places_;
+  std::vector<BoundPhase> phases_;
+  std::vector<BoundFeedback> feedback_;
+  bool senses_velocity_ = false;                 // feedback reads the COM's
+  Vector3d sensed_velocity_ = Vector3d::Zero();  // [m/s]
+
+  int phase_ = 0;
+  int entered_step_ = 0;  // a phase's time is a whole number of steps, a difference of times is not
+  double entered_ = 0;    // [s]
+  control::JointTarget from_, goal_, reached_;  // reached: without feedback
+};
+
+}  // namespace traceur::skill
