@@ -27,7 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using fall::FallExperiment;
-using fall::Strategy;
 
 struct Arguments {
   std::string robot;
@@ -46,14 +45,15 @@ struct Arguments {
   bool json = false;
 };
 
-const std::map<std::string, std::vector<Strategy>> kStrategies = {
-    {"planned", {Strategy::kPlanned}},
-    {"hold", {Strategy::kHold}},
-    {"limp", {Strategy::kLimp}},
-    {"damp", {Strategy::kDamp}},
-    {"tuck", {Strategy::kTuck}},
-    {"all",
-     {Strategy::kHold, Strategy::kPlanned, Strategy::kLimp, Strategy::kDamp, Strategy::kTuck}}};
+/// What --strategy may say, and the ways to fall that it means.
+std::map<std::string, std::vector<std::string>> strategies() {
+  std::map<std::string, std::vector<std::string>> found;
+  for (const fall::WayToFall& w : fall::allWays()) {
+    found[std::string(w.name)] = {std::string(w.name)};
+    found["all"].emplace_back(w.name);
+  }
+  return found;
+}
 
 /// falls.toml beside the robot's file.
 std::shared_ptr<const fall::FallRobot> readFalls(const std::string& name) {
@@ -98,7 +98,7 @@ std::string variantOf(const Arguments& a) {
 }
 
 struct Ran {
-  Strategy strategy;
+  std::string strategy;
   FallExperiment::Outcome outcome;
   sim::Recording recording;
 };
@@ -113,14 +113,14 @@ void draw(const std::vector<Ran>& runs, const Arguments& a, const fs::path& fold
   com.panels[0].xlabel = "along the fall [m]";
   com.panels[0].ylabel = "height [m]";
   for (const Ran& r : runs) {
-    const std::string name(nameOf(r.strategy));
+    const std::string& name = r.strategy;
     render::Series series{.label = name, .x = {}, .y = {}};
     for (const auto& [t, j] : r.outcome.trial.windowed) {
       series.x.push_back(t);
       series.y.push_back(j);
     }
     impulse.panels[0].series.push_back(series);
-    if (r.strategy == Strategy::kPlanned) {
+    if (r.strategy == "planned") {
       render::Series model{.label = "model", .x = {}, .y = {}, .style = render::Style::kDashed};
       double pivot = 0;
       for (const fall::PlannedContact& c : r.outcome.plan.contacts) {
@@ -137,7 +137,7 @@ void draw(const std::vector<Ran>& runs, const Arguments& a, const fs::path& fold
       }
       com.panels[0].series = {model, robot};
     }
-    if (r.strategy != Strategy::kPlanned && r.strategy != Strategy::kHold && runs.size() > 1) {
+    if (r.strategy != "planned" && r.strategy != "hold" && runs.size() > 1) {
       continue;
     }
     if (stop.stop_requested()) return;
@@ -159,7 +159,7 @@ void draw(const std::vector<Ran>& runs, const Arguments& a, const fs::path& fold
 
 nlohmann::json toJson(const Ran& r, const fall::FallProblem& problem) {
   const fall::FallTrial& t = r.outcome.trial;
-  nlohmann::json j = {{"strategy", nameOf(r.strategy)},
+  nlohmann::json j = {{"strategy", r.strategy},
                       {"impulse_Ns", t.impulse},
                       {"raw_impulse_Ns", t.raw_impulse},
                       {"peak_force_N", t.peak_force},
@@ -171,7 +171,7 @@ nlohmann::json toJson(const Ran& r, const fall::FallProblem& problem) {
   for (const fall::GroundContact& c : t.contacts) {
     j["contacts"].push_back({{"part", c.part}, {"time_s", c.time}, {"impulse_Ns", c.impulse}});
   }
-  if (r.strategy != Strategy::kPlanned) return j;
+  if (r.strategy != "planned") return j;
   j["plan"] = {{"impulse_Ns", r.outcome.plan.cost}, {"contacts", nlohmann::json::array()}};
   for (const fall::PlannedContact& c : r.outcome.plan.contacts) {
     j["plan"]["contacts"].push_back({{"part", problem.graph.nodes[c.action.contact].name},
@@ -196,12 +196,13 @@ int runFall(const Arguments& a) {
   FallExperiment experiment(falls, setup, options);
   const fall::Push push{a.push};
   std::vector<Ran> runs;
-  for (const Strategy strategy : kStrategies.at(a.strategy)) {
+  const std::map<std::string, std::vector<std::string>> known = strategies();
+  for (const std::string& strategy : known.at(a.strategy)) {
     Ran r{strategy, {}, {}};
     r.outcome = experiment.run(push, strategy, &r.recording);
     if (r.outcome.trial.diverged) {
-      throw InputError(fmt::format("--push {:g}: the simulation of \"{}\" diverges", push.force,
-                                   nameOf(strategy)));
+      throw InputError(
+          fmt::format("--push {:g}: the simulation of \"{}\" diverges", push.force, strategy));
     }
     if (!r.outcome.trial.fell) {
       const std::string words = fmt::format(
@@ -235,10 +236,10 @@ int runFall(const Arguments& a) {
         runs.front().outcome.trial.noticed);
   double held = 0;
   for (const Ran& r : runs) {
-    if (r.strategy == Strategy::kPlanned) {
+    if (r.strategy == "planned") {
       print("{}\n", planInWords(experiment.problem(), r.outcome));
     }
-    if (r.strategy == Strategy::kHold) held = r.outcome.trial.impulse;
+    if (r.strategy == "hold") held = r.outcome.trial.impulse;
   }
   print("\n{:8}  {:>8}  {:>6}  {:>8}  {:>7}  {:>9}  {:>4}  contacts\n", "", "impulse", "/ hold",
         "force", "torque", "head", "head");
@@ -250,9 +251,9 @@ int runFall(const Arguments& a) {
     for (const fall::GroundContact& c : t.contacts) {
       contacts += fmt::format("{}{} {:.2f} s", contacts.empty() ? "" : ", ", c.part, c.time);
     }
-    print("{:8}  {:8.3g}  {:>6}  {:8.3g}  {:7.2f}  {:9.3g}  {:>4}  {}\n", nameOf(r.strategy),
-          t.impulse, held > 0 ? fmt::format("{:.2f}", t.impulse / held) : "", t.peak_force,
-          t.peak_torque, t.peak_head, t.head_hit ? "yes" : "no", contacts);
+    print("{:8}  {:8.3g}  {:>6}  {:8.3g}  {:7.2f}  {:9.3g}  {:>4}  {}\n", r.strategy, t.impulse,
+          held > 0 ? fmt::format("{:.2f}", t.impulse / held) : "", t.peak_force, t.peak_torque,
+          t.peak_head, t.head_hit ? "yes" : "no", contacts);
   }
   if (a.no_pictures) return kDone;
   print("\n");
@@ -341,8 +342,8 @@ void addFall(CLI::App& program, int& exit_code) {
       ->check(CLI::IsMember({"forward", "backward"}))
       ->capture_default_str();
   std::vector<std::string> names;
-  names.reserve(kStrategies.size());
-  for (const auto& [name, unused] : kStrategies) names.push_back(name);
+  names.reserve(strategies().size());
+  for (const auto& [name, unused] : strategies()) names.push_back(name);
   verb->add_option("--strategy", a->strategy, "What the robot does")
       ->check(CLI::IsMember(names))
       ->capture_default_str();

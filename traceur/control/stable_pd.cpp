@@ -51,6 +51,16 @@ double limitedTorque(double torque, double v, const sim::JointLimit& limit) {
   return std::clamp(torque, -most, most);
 }
 
+// By value is how Eigen hands out what may be written.
+// NOLINTNEXTLINE(performance-unnecessary-value-param)
+void VirtualForce::addTorque(const sim::Snapshot& s, Eigen::Ref<VectorXd> tau) const {
+  if (at_com) {
+    s.addComForce(f, tau);
+  } else {
+    s.addPointForce(body, p_BP, f, tau);
+  }
+}
+
 void toMotors(const sim::Model& model, const VectorXd& tau, sim::Torque& command) {
   assert(tau.size() == model.nv());
   command.tau.setZero(model.nu());

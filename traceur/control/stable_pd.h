@@ -62,17 +62,15 @@ class StablePd {
 /// Braking is never reduced by speed.
 double limitedTorque(double torque, double v, const sim::JointLimit& limit);
 
-/// A force at a point of a body, exerted through the joints: τ = Jᵀ f. [Ha2015, §7.4.1]
+/// A force at a point of a body or at the COM, exerted through the joints: τ = Jᵀ f.
+/// [Ha2015, §7.4.1]
 struct VirtualForce {
-  sim::BodyId body;
+  sim::BodyId body = {};
   sim::Vector3d p_BP = sim::Vector3d::Zero();  ///< in the body's frame [m]
+  bool at_com = false;                         ///< of the robot, instead of the body's point
   sim::Vector3d f = sim::Vector3d::Zero();     ///< world axes [N]
 
-  // By value is how Eigen hands out what may be written.
-  // NOLINTNEXTLINE(performance-unnecessary-value-param)
-  void addTorque(const sim::Snapshot& s, Eigen::Ref<VectorXd> tau) const {
-    s.addPointForce(body, p_BP, f, tau);
-  }
+  void addTorque(const sim::Snapshot& s, Eigen::Ref<VectorXd> tau) const;
 };
 
 /// Generalised torque (nv) to motor command (nu). The one place where the root's six rows, which

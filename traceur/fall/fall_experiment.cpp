@@ -36,7 +36,7 @@ double FallExperiment::heldCost(const FallState& start, const sim::State& pose) 
   return most;
 }
 
-FallExperiment::Outcome FallExperiment::run(const Push& push, Strategy strategy,
+FallExperiment::Outcome FallExperiment::run(const Push& push, std::string_view way,
                                             sim::Recording* recording, const FallPlan* plan) {
   Outcome outcome;
   bool first = true;
@@ -55,7 +55,7 @@ FallExperiment::Outcome FallExperiment::run(const Push& push, Strategy strategy,
     if (refused || std::isinf(found.cost)) return std::nullopt;
     return motionOf(found, problem_.model, body(), poses_, falls_->tracking, start, made, pose);
   };
-  outcome.trial = simulator_.run(push, strategy, next, recording);
+  outcome.trial = simulator_.run(push, way, next, recording);
   return outcome;
 }
 

@@ -35,12 +35,13 @@ class FallExperiment {
 
   struct Outcome {
     FallTrial trial;
-    FallPlan plan;         ///< the first, where the strategy plans
+    FallPlan plan;         ///< the first, where the way to fall plans
     bool refused = false;  ///< it is not followed: by the model keeping the pose costs less
   };
 
+  /// @param way   one of allWays()
   /// @param plan  follow this one, whatever the fall is like, instead of planning
-  Outcome run(const Push& push, Strategy strategy, sim::Recording* recording = nullptr,
+  Outcome run(const Push& push, std::string_view way, sim::Recording* recording = nullptr,
               const FallPlan* plan = nullptr);
 
   const FallProblem& problem() const { return problem_; }

@@ -205,21 +205,21 @@ TEST(FallTrial, IsWhatASimulationByHandMeasures) {
   const FallProtocol fine{.settle = 0.5};
   const FallProtocol by_step{.time_step = 0.001, .window = 0.0001, .settle = 0.9};
   for (const auto& [falls, setup, protocol, push, strategy] :
-       {std::tuple(&bioloid, 0, &coarse, Push{1.5, 0.08}, Strategy::kHold),
-        std::tuple(&bioloid, 0, &fine, Push{2}, Strategy::kLimp),
-        std::tuple(&bioloid, 0, &by_step, Push{0}, Strategy::kDamp),
-        std::tuple(&bioloid, 0, &coarse, Push{3}, Strategy::kTuck),
-        std::tuple(&atlas, 2, &coarse, Push{700, 0.06}, Strategy::kTuck)}) {
+       {std::tuple(&bioloid, 0, &coarse, Push{1.5, 0.08}, "hold"),
+        std::tuple(&bioloid, 0, &fine, Push{2}, "limp"),
+        std::tuple(&bioloid, 0, &by_step, Push{0}, "damp"),
+        std::tuple(&bioloid, 0, &coarse, Push{3}, "tuck"),
+        std::tuple(&atlas, 2, &coarse, Push{700, 0.06}, "tuck")}) {
     SCOPED_TRACE(nameOf(strategy));
     ByHand hand(*falls, falls->setups[setup], *protocol);
     const control::JointTarget tuck =
         control::targetOf(*hand.model, hand.model->stateOf(falls->robot->poses.at(falls->tuck)));
     hand.run(push, [&, how = strategy](VectorXd& tau) {
-      if (how == Strategy::kLimp) return;
-      if (how == Strategy::kDamp) {
+      if (how == "limp") return;
+      if (how == "damp") {
         for (sim::JointGain& g : hand.pd.gains()) g.kp = 0;
       }
-      hand.pd.addTorque(hand.s, how == Strategy::kTuck ? tuck : hand.held, tau);
+      hand.pd.addTorque(hand.s, how == "tuck" ? tuck : hand.held, tau);
     });
     FallSimulator simulator(*falls, falls->setups[setup], *protocol);
     hand.expectSame(simulator.run(push, strategy));
@@ -350,7 +350,7 @@ std::vector<FollowerByHand::Question> expectFollowed(
   std::vector<FollowerByHand::Question> asked;
   sim::Recording recording{"another", {"another"}, std::vector<sim::Frame>(3)};
   const FallTrial trial = simulator.run(
-      push, Strategy::kPlanned,
+      push, "planned",
       [&](const FallState& start, const std::vector<PoseSolver::Goal>& made,
           const sim::State&) -> std::optional<FallMotion> {
         asked.push_back({start, made});
@@ -437,10 +437,10 @@ TEST(FallTrial, APlanIsFollowedPoseByPoseAndAskedForAgain) {
 TEST(FallTrial, WithoutAPlanThePoseIsKept) {
   const FallRobot falls = fallsOf("bioloid-gp");
   FallSimulator simulator(falls, falls.setups[0], {.time_step = 0.001, .settle = 0.6});
-  const FallTrial held = simulator.run({1.5}, Strategy::kHold);
+  const FallTrial held = simulator.run({1.5}, "hold");
   for (const auto& answer : {std::optional<FallMotion>(), std::optional(FallMotion{})}) {
     const FallTrial trial =
-        simulator.run({1.5}, Strategy::kPlanned,
+        simulator.run({1.5}, "planned",
                       [&](const FallState&, const std::vector<PoseSolver::Goal>&,
                           const sim::State&) { return answer; });
     EXPECT_EQ(trial.impulse, held.impulse);
@@ -453,7 +453,7 @@ TEST(FallTrial, EndsWhereNothingFallsOrTheNumbersDo) {
   FallSimulator simulator(falls, falls.setup("two_feet", "forward"),
                           {.time_step = 0.001, .patience = 0.3});
   sim::Recording recording;
-  const FallTrial weak = simulator.run({50, 0.05}, Strategy::kHold, {}, &recording);
+  const FallTrial weak = simulator.run({50, 0.05}, "hold", {}, &recording);
   EXPECT_FALSE(weak.fell);
   EXPECT_FALSE(weak.diverged);
   EXPECT_TRUE(weak.com.empty());
@@ -461,14 +461,14 @@ TEST(FallTrial, EndsWhereNothingFallsOrTheNumbersDo) {
   EXPECT_EQ(recording.frames.back().phase, 0);
   EXPECT_NEAR(recording.frames.back().state.time, 0.35, 1e-9);  // one step more is looked at
   EXPECT_NEAR(weak.windowed.back().first, 0.351, 1e-9);
-  const FallTrial torn = simulator.run({1e15}, Strategy::kHold);
+  const FallTrial torn = simulator.run({1e15}, "hold");
   EXPECT_TRUE(torn.diverged);
   EXPECT_LT(torn.windowed.size(), 300U);
-  const std::pair<Strategy, const char*> names[] = {{Strategy::kPlanned, "planned"},
-                                                    {Strategy::kHold, "hold"},
-                                                    {Strategy::kLimp, "limp"},
-                                                    {Strategy::kDamp, "damp"},
-                                                    {Strategy::kTuck, "tuck"}};
+  const std::pair<Strategy, const char*> names[] = {{"planned", "planned"},
+                                                    {"hold", "hold"},
+                                                    {"limp", "limp"},
+                                                    {"damp", "damp"},
+                                                    {"tuck", "tuck"}};
   for (const auto& [strategy, name] : names) EXPECT_EQ(nameOf(strategy), name);
 }
 
@@ -618,8 +618,7 @@ TEST(FallExperiment, PlansAsItsOptionsSay) {
   options.tables = tables.path();
   const auto run = [&](const FallPlan* plan = nullptr) {
     FallExperiment experiment(falls, falls->setups[0], options);
-    return std::pair(experiment.run({1.5}, Strategy::kPlanned, nullptr, plan),
-                     experiment.problem());
+    return std::pair(experiment.run({1.5}, "planned", nullptr, plan), experiment.problem());
   };
   const auto [quick, problem] = run();
   EXPECT_FALSE(quick.refused);
@@ -640,7 +639,7 @@ TEST(FallExperiment, PlansAsItsOptionsSay) {
   const PendulumModel pendulum = problem.model;
   int asked = 0;
   const FallTrial trial =
-      simulator.run({1.5}, Strategy::kPlanned,
+      simulator.run({1.5}, "planned",
                     [&](const FallState& start, const std::vector<PoseSolver::Goal>& made,
                         const sim::State& pose) -> std::optional<FallMotion> {
                       if (asked++ > 0) return std::nullopt;
@@ -669,7 +668,7 @@ TEST(FallExperiment, RefusesAPlanThatCostsMoreThanThePoseUnlessItIsToldTo) {
     double held = 0;
     FallPlan best;
     const FallTrial kept = simulator.run(
-        {push}, Strategy::kPlanned,
+        {push}, "planned",
         [&](const FallState& start, const std::vector<PoseSolver::Goal>&,
             const sim::State& pose) -> std::optional<FallMotion> {
           if (held > 0) return std::nullopt;
@@ -683,19 +682,18 @@ TEST(FallExperiment, RefusesAPlanThatCostsMoreThanThePoseUnlessItIsToldTo) {
           return std::nullopt;
         });
     EXPECT_EQ(held < best.cost, refused);
-    const FallExperiment::Outcome outcome = experiment.run({push}, Strategy::kPlanned);
+    const FallExperiment::Outcome outcome = experiment.run({push}, "planned");
     EXPECT_EQ(outcome.plan.cost, best.cost);
     EXPECT_EQ(outcome.refused, refused);
     EXPECT_EQ(outcome.trial.com == kept.com, refused);
     // One that is given is followed.
-    const FallExperiment::Outcome told =
-        experiment.run({push}, Strategy::kPlanned, nullptr, &outcome.plan);
+    const FallExperiment::Outcome told = experiment.run({push}, "planned", nullptr, &outcome.plan);
     EXPECT_FALSE(told.refused);
     EXPECT_NE(told.trial.com, kept.com);
   }
   // As printed, none is refused.
   options.problem.stall = Stall::kLiteral;
-  EXPECT_FALSE(FallExperiment(falls, setup, options).run({4}, Strategy::kPlanned).refused);
+  EXPECT_FALSE(FallExperiment(falls, setup, options).run({4}, "planned").refused);
 }
 
 }  // namespace

@@ -91,6 +91,7 @@ bool Session::step() {
   }
   if (last) return finish(m, why);
 
+  push(m);
   NoisySenses senses(s, options_.velocity_noise, noise_);
   controller_->command(m, senses, command_);
   // To a PD controller an angle read too large is a target too small.
@@ -104,7 +105,6 @@ bool Session::step() {
     torque_ = late_.front();
     late_.pop_front();
   }
-  push(m);
   world_->step(torque_);
   ++step_;
   if (!world_->diverged() && !world_->overflowed()) return true;

@@ -15,7 +15,6 @@ namespace traceur::reproduce {
 namespace {
 
 using fall::FallExperiment;
-using fall::Strategy;
 
 /// A fall that was published: what is printed of it.
 struct Case {
@@ -26,18 +25,13 @@ struct Case {
   double planned = kNotPrinted;    // [N·s]
 };
 
-struct Way {
-  std::string name;
-  Strategy strategy;
-};
-
-const std::vector<Way>& ways() {
-  static const std::vector<Way> kWays = {{"unplanned", Strategy::kHold},
-                                         {"planned", Strategy::kPlanned},
-                                         {"limp", Strategy::kLimp},
-                                         {"damp", Strategy::kDamp},
-                                         {"tuck", Strategy::kTuck}};
-  return kWays;
+/// The ways to fall, by what the tables call them.
+std::vector<std::string> columnNames() {
+  std::vector<std::string> names;
+  for (const fall::WayToFall& w : fall::allWays()) {
+    names.emplace_back(w.name == "hold" ? "unplanned" : w.name);
+  }
+  return names;
 }
 
 constexpr const char* kProtocol =
@@ -93,7 +87,7 @@ Table casesTable(const std::vector<Case>& cases) {
     unplanned.push_back(c.unplanned);
     planned.push_back(c.planned);
   }
-  for (const Way& w : ways()) t.columns.push_back({w.name, 3, 9, {}});
+  for (const std::string& name : columnNames()) t.columns.push_back({name, 3, 9, {}});
   t.columns[0].printed = unplanned;
   t.columns[1].printed = planned;
   t.ratios = {{"planned / unplanned", 1, 0},
@@ -102,7 +96,7 @@ Table casesTable(const std::vector<Case>& cases) {
               {"planned / tuck", 1, 4}};
   t.run = [cases](int row, int column, std::uint64_t seed, const std::stop_token&) {
     FallExperiment experiment = experimentOf(cases[row], seed);
-    return outcomeOf(experiment.run({cases[row].push}, ways()[column].strategy).trial);
+    return outcomeOf(experiment.run({cases[row].push}, fall::allWays()[column].name).trial);
   };
   return t;
 }
@@ -168,9 +162,9 @@ Table fallRobustness() {
   t.ratios = {{"planned / unplanned", 1, 0}};
   t.run = [planned](int row, int column, std::uint64_t seed, const std::stop_token&) {
     FallExperiment experiment = experimentOf(planned, seed, true);
-    if (column == 0) return outcomeOf(experiment.run({kPushes[row]}, Strategy::kHold).trial);
-    const fall::FallPlan plan = experiment.run({kPlannedFor}, Strategy::kPlanned).plan;
-    return outcomeOf(experiment.run({kPushes[row]}, Strategy::kPlanned, nullptr, &plan).trial);
+    if (column == 0) return outcomeOf(experiment.run({kPushes[row]}, "hold").trial);
+    const fall::FallPlan plan = experiment.run({kPlannedFor}, "planned").plan;
+    return outcomeOf(experiment.run({kPushes[row]}, "planned", nullptr, &plan).trial);
   };
   return t;
 }
@@ -271,7 +265,7 @@ Table figure22() {
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token&) {
     const Case& c = kCurves[row].fall;
     FallExperiment experiment = experimentOf(c, seed, true);
-    const FallExperiment::Outcome outcome = experiment.run({c.push}, Strategy::kPlanned);
+    const FallExperiment::Outcome outcome = experiment.run({c.push}, "planned");
     const std::vector<fall::Vector2d> path =
         pathOf(outcome.plan, experiment.problem().model, kInterval);
     return alongPath(outcome.trial.com, path, column == 0);
@@ -304,14 +298,16 @@ Table randomFalls() {
                                   r.setup.direction, r.setup.push, r.most),
                       "", "of unplanned"});
   }
-  for (size_t i = 1; i < ways().size(); ++i) t.columns.push_back({ways()[i].name, 10, 100, {}});
+  for (size_t i = 1; i < fall::allWays().size(); ++i) {
+    t.columns.push_back({columnNames()[i], 10, 100, {}});
+  }
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token&) {
     const Range& r = kRanges[row];
     FallExperiment experiment = experimentOf(r.setup, 1);
     Random random(seed, 0, row);
     const double push = random.uniform(r.setup.push, r.most);
-    const fall::FallTrial held = experiment.run({push}, Strategy::kHold).trial;
-    const fall::FallTrial other = experiment.run({push}, ways()[column + 1].strategy).trial;
+    const fall::FallTrial held = experiment.run({push}, "hold").trial;
+    const fall::FallTrial other = experiment.run({push}, fall::allWays()[column + 1].name).trial;
     return shareOfHeld(held, other, push);
   };
   return t;

@@ -241,6 +241,9 @@ int Model::bodies() const {
 double Model::timeStep() const {
   return model_->opt.timestep;
 }
+double Model::gravity() const {
+  return -model_->opt.gravity[2];
+}
 double Model::mass() const {
   return model_->body_subtreemass[root_.value];
 }

@@ -61,6 +61,7 @@ class Model {
   int nu() const;
   int bodies() const;
   double timeStep() const;  ///< [s]
+  double gravity() const;   ///< downwards, along -z [m/s²]
   double mass() const;      ///< of the robot: the root's subtree [kg]
 
   /// The robot's floating body; the first body under the world where nothing floats.

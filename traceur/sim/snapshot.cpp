@@ -154,6 +154,12 @@ void Snapshot::comJacobian(Eigen::Ref<Matrix3Xd> J) const {
   J = rows;
 }
 
+void Snapshot::addComForce(const Vector3d& f, Eigen::Ref<VectorXd> tau) const {
+  com_jacobian_.resize(3, model_->nv());
+  comJacobian(com_jacobian_);
+  tau += com_jacobian_.transpose() * f;
+}
+
 void Snapshot::addPointForce(BodyId body, const Vector3d& p_BP, const Vector3d& f,
                              Eigen::Ref<VectorXd> tau) const {
   assert(tau.size() == model_->nv());
@@ -210,6 +216,7 @@ void Snapshot::solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const {
 void Snapshot::capture() {
   const mjModel* m = model_->raw();
   contacts_.clear();
+  robot_contacts_.clear();
   for (int i = 0; i < data_->ncon; ++i) {
     const mjContact& c = data_->contact[i];
     if (c.efc_address < 0) continue;  // in the margin, not pressing
@@ -220,6 +227,11 @@ void Snapshot::capture() {
         vec(c.frame) * wrench[0] + vec(c.frame + 3) * wrench[1] + vec(c.frame + 6) * wrench[2];
     contacts_.push_back(
         {{m->geom_bodyid[c.geom1]}, {m->geom_bodyid[c.geom2]}, vec(c.pos), vec(c.frame), f});
+    const Contact& found = contacts_.back();
+    const bool a = model_->isRobot(found.body_a);
+    if (a == model_->isRobot(found.body_b)) continue;
+    robot_contacts_.push_back(
+        {a ? found.body_a : found.body_b, a ? found.body_b : found.body_a, found.p_WC, a ? -f : f});
   }
   if (wants_joint_forces_) {
     mj_rnePostConstraint(m, data_);

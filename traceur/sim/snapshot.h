@@ -24,6 +24,14 @@ struct Contact {
   Vector3d f_WC;    ///< force on body b (minus it acts on a), world axes [N]
 };
 
+/// One point where the robot presses on what is not the robot.
+struct RobotContact {
+  BodyId body;  ///< the robot's
+  BodyId other;
+  Vector3d p_WC;  ///< [m]
+  Vector3d f_W;   ///< force on the robot, world axes [N]
+};
+
 /// A view of a World, valid until its next step or reset. All vectors are in world axes.
 ///
 /// Time: q, v and everything computed from them belong to the present time; contacts, cop and
@@ -45,6 +53,8 @@ class Snapshot {
   Vector3d bodyVelocity(BodyId body) const;  ///< of the body's origin, v_WB [m/s]
 
   const std::vector<Contact>& contacts() const { return contacts_; }
+  /// Those of contacts() that are between the robot and the world, seen from the robot.
+  const std::vector<RobotContact>& robotContacts() const { return robot_contacts_; }
   /// Whether anything but the robot itself presses on the robot.
   bool touchesWorld() const;
   /// Centre of pressure of the robot's contacts with the static world, weighted by the vertical
@@ -58,6 +68,8 @@ class Snapshot {
 
   /// J with ṗ = J·v for the point p_BP (body frame) of a body, (3 x nv).
   void pointJacobian(BodyId body, const Vector3d& p_BP, Eigen::Ref<Matrix3Xd> J) const;
+  /// Adds Jᵀf of a force on the COM [N] to tau (nv).
+  void addComForce(const Vector3d& f, Eigen::Ref<VectorXd> tau) const;
   /// J with comVelocity = J·v, (3 x nv).
   void comJacobian(Eigen::Ref<Matrix3Xd> J) const;
 
@@ -83,12 +95,14 @@ class Snapshot {
   mjData_* data_ = nullptr;
   bool wants_joint_forces_ = false;
   std::vector<Contact> contacts_;
+  std::vector<RobotContact> robot_contacts_;
   Matrix3Xd joint_forces_;
   mutable bool has_com_velocity_ = false;  // computed once per step
   mutable Vector3d com_velocity_ = Vector3d::Zero();
   mutable bool has_angular_momentum_ = false;
   mutable Matrix3Xd momentum_;          // scratch of comVelocity
   mutable std::vector<double> factor_;  // scratch of solveInertia
+  mutable Matrix3Xd com_jacobian_;      // scratch of addComForce
 };
 
 }  // namespace traceur::sim

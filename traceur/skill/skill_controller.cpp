@@ -14,7 +14,7 @@ SkillController::SkillController(std::shared_ptr<const Skill> skill, Places& pla
   for (const Phase& p : skill_->phases) {
     BoundPhase b{bind(p.targets, setup), Expression(p.blend, setup), {}, {}};
     for (const ForceTerm& f : p.forces) {
-      b.forces.push_back({{f.body, f.p_BP, Vector3d::Zero()},
+      b.forces.push_back({{.body = f.body, .p_BP = f.p_BP},
                           Expression(f.x, setup),
                           Expression(f.y, setup),
                           Expression(f.z, setup)});
