@@ -67,8 +67,8 @@ double limitedTorque(double torque, double v, const sim::JointLimit& limit);
 struct VirtualForce {
   sim::BodyId body = {};
   sim::Vector3d p_BP = sim::Vector3d::Zero();  ///< in the body's frame [m]
-  bool at_com = false;                         ///< of the robot, instead of the body's point
   sim::Vector3d f = sim::Vector3d::Zero();     ///< world axes [N]
+  bool at_com = false;                         ///< of the robot, instead of the body's point
 
   void addTorque(const sim::Snapshot& s, Eigen::Ref<VectorXd> tau) const;
 };

@@ -1481,9 +1481,9 @@ TEST(FallSimulator, WhatIsMeasuredFitsTogether) {
       EXPECT_NEAR(recording.frames[i].state.time, 0.01 * static_cast<double>(i), 1e-9);
     }
     EXPECT_NEAR(recording.frames.back().state.time, t.noticed + protocol.settle, 0.0101);
-    EXPECT_EQ(recording.phases, std::vector<std::string>({"push", std::string(nameOf(strategy))}));
+    EXPECT_EQ(recording.phases, std::vector<std::string>({"push", strategy}));
     for (const sim::Frame& f : recording.frames) {
-      EXPECT_EQ(f.phase, f.state.time < t.noticed + 1e-9 ? 0 : 1);
+      EXPECT_EQ(f.phase, f.state.time < t.noticed - 1e-9 ? 0 : 1);
       if (strategy == "limp" && f.state.time > t.noticed + 0.001) {
         EXPECT_EQ(f.torque.norm(), 0);
       }
@@ -1533,8 +1533,8 @@ TEST(FallExperiment, NothingAsksMoreOfAJointThanItHas) {
     FallExperiment experiment(falls, falls->setups.front(), withPoses(2000));
     for (const std::string strategy : {"planned", "hold", "damp", "tuck"}) {
       const FallTrial trial = experiment.run({push}, strategy).trial;
-      EXPECT_LE(trial.peak_torque, 1) << robot << " " << nameOf(strategy);
-      EXPECT_GT(trial.peak_torque, 0.1) << robot << " " << nameOf(strategy);
+      EXPECT_LE(trial.peak_torque, 1) << robot << " " << strategy;
+      EXPECT_GT(trial.peak_torque, 0.1) << robot << " " << strategy;
     }
   }
 }

@@ -101,7 +101,7 @@ void PlannedFall::addSupport(const sim::Snapshot& s,
   // The ground does not pull, and motors that could lift it faster than this there are none.
   const sim::Vector3d f =
       tracking_->support * std::clamp(force, 0.0, kLift * weight) * rod.normalized();
-  forces.push_back({.at_com = true, .f = f});
+  forces.push_back({.f = f, .at_com = true});
   for (const std::string& name : names) {
     const sim::ContactPoint& at = model_->robot()->contacts.at(name);
     forces.push_back({.body = model_->body(at.body),

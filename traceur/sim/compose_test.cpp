@@ -260,7 +260,7 @@ TEST_F(FilesOfOthers, MeshesAreThoseOfThePackageThatIsNamed) {
             "accepted");
   // Not the namesake of another package.
   EXPECT_EQ(loads("package://three/meshes/part.obj"),
-            "ws/one/urdf/r.urdf:2: no such mesh: package://three/meshes/part.obj");
+            "ws/one/urdf/r.urdf:3: no such mesh: package://three/meshes/part.obj");
 }
 
 TEST_F(FilesOfOthers, TwoMeshesOfOneNameAreTwo) {

@@ -363,19 +363,22 @@ TEST(Model, StandsOnItsLowestPointHoweverItIsTurned) {
               .1, 1e-9);
 }
 
-TEST(Model, KeepsWhatIsOnlySeenWhereItMovesTheMass) {
-  const auto geoms = [](const std::string& compiler, const std::string& seen) {
-    return Model::fromMjcf("<mujoco>" + compiler +
-                           "<worldbody><body><freejoint/><geom size='.1'/><geom contype='0' "
-                           "conaffinity='0' " +
-                           seen + "/></body></worldbody></mujoco>")
-        ->raw()
-        ->ngeom;
+TEST(Model, WhatIsOnlySeenIsLeftOutAndItsMassIsNot) {
+  const auto ball = [](const std::string& compiler, const std::string& seen) {
+    return Model::fromMjcf(
+        "<mujoco>" + compiler +
+        "<worldbody><body><freejoint/><geom size='.1' mass='2'/><geom contype='0' "
+        "conaffinity='0' " +
+        seen + "/></body></worldbody></mujoco>");
   };
-  EXPECT_EQ(geoms("", "size='.05' mass='0'"), 1);
-  EXPECT_EQ(geoms("", "size='.05'"), 2);
-  // The mass is the same with it and without, where it lies is not.
-  EXPECT_EQ(geoms("<compiler settotalmass='3'/>", "size='.05'"), 2);
+  const auto plain = ball("", "size='.05' mass='0'");
+  EXPECT_EQ(plain->raw()->ngeom, 1);
+  EXPECT_NEAR(plain->mass(), 2, 1e-12);
+  const auto heavy = ball("", "size='.05' pos='.3 0 0' mass='1'");
+  EXPECT_EQ(heavy->raw()->ngeom, 1);
+  EXPECT_NEAR(heavy->mass(), 3, 1e-12);
+  EXPECT_NEAR(heavy->raw()->body_ipos[3], 0.1, 1e-12);  // where both balance
+  EXPECT_NEAR(ball("<compiler settotalmass='6'/>", "size='.05' mass='1'")->mass(), 6, 1e-12);
 }
 
 TEST(Model, OfPropsAloneTheFirstStandsInForARobot) {

@@ -68,7 +68,8 @@ void readUrdfLimits(const std::filesystem::path& file, Robot& robot) {
     const char* type = j->Attribute("type");
     const std::string_view kind = type ? type : "";
     const bool turns_on = kind == "continuous";
-    if (!limit || !name || (kind != "revolute" && kind != "prismatic" && !turns_on)) continue;
+    const bool has_none = kind == "fixed" || kind == "floating" || kind == "planar";
+    if (!limit || !name || has_none) continue;
     JointLimit l{limit->DoubleAttribute("effort"), limit->DoubleAttribute("velocity"),
                  limit->DoubleAttribute("lower"), limit->DoubleAttribute("upper")};
     if (!(l.torque > 0)) l.torque = kNone;

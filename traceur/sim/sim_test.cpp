@@ -891,8 +891,8 @@ TEST(Ground, OnlyWhatIsFixedSupports) {
 
 TEST(Ground, WhatIsOnlyNearDoesNotPress) {
   const auto model = Model::fromMjcf(R"(<mujoco><worldbody>
-    <geom type="plane" size="0 0 1" margin=".1" gap=".1"/>
-    <body pos="0 0 .15"><freejoint/><geom size=".1" margin=".1" gap=".1"/></body>
+    <geom type="plane" size="0 0 1" gap=".1"/>
+    <body pos="0 0 .15"><freejoint/><geom size=".1" gap=".1"/></body>
     </worldbody></mujoco>)");
   World world(model);
   EXPECT_GT(world.raw()->ncon, 0);
