@@ -14,6 +14,29 @@
 #include "traceur/core/text.h"
 #include "traceur/sim/model.h"
 
+#ifdef __x86_64__
+#include <unistd.h>
+
+namespace {
+
+/// The physics engine is built for AVX, and its first instructions of that kind run when it is
+/// loaded: before main, after this.
+void requireAvx() {
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx")) return;
+  static constexpr char kWords[] =
+      "traceur: this processor has no AVX instructions, which the physics engine needs: expected "
+      "one "
+      "of 2011 or later, or a virtual machine that passes them through\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, kWords, sizeof kWords - 1);
+  _exit(1);
+}
+
+[[gnu::section(".preinit_array"), gnu::used]] void (*const kRequireAvx)() = requireAvx;
+
+}  // namespace
+#endif
+
 namespace traceur::cli {
 namespace {
 

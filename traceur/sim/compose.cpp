@@ -11,7 +11,6 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/is_file.h"
-#include "traceur/sim/model_file.h"
 
 namespace traceur::sim {
 namespace {
@@ -98,11 +97,15 @@ double largest(const double (&range)[2]) {
 
 /// Which joints the file's actuators drive, directly or by tendons and sites, and with how much
 /// where that is said of the joint [N·m | N].
-std::map<std::string, double> drivenJoints(mjSpec* spec, const mjModel& m) {
+std::map<std::string, double> drivenJoints(mjSpec* spec, const ModelFile& source) {
+  bool others = false;
   std::map<std::string, double> driven;
   for (mjsElement* e : all(spec, mjOBJ_ACTUATOR)) {
     const mjsActuator* a = mjs_asActuator(e);
-    if (a->trntype != mjTRN_JOINT && a->trntype != mjTRN_JOINTINPARENT) continue;
+    if (a->trntype != mjTRN_JOINT && a->trntype != mjTRN_JOINTINPARENT) {
+      others = others || a->trntype != mjTRN_BODY;  // not adhesion
+      continue;
+    }
     const double gear = std::abs(a->gear[0]);
     double torque = kNone;
     if (isLimited(a->forcelimited, a->forcerange, *spec)) torque = gear * largest(a->forcerange);
@@ -113,8 +116,14 @@ std::map<std::string, double> drivenJoints(mjSpec* spec, const mjModel& m) {
     const auto [known, is_new] = driven.emplace(text(a->target), torque);
     if (!is_new) known->second += torque;  // two that pull on one joint
   }
-  if (m.nactuator == 0) return driven;
+  if (!others) return driven;
   // The others drive what they have a lever on, here a little away from where levers may vanish.
+  std::string error;
+  const SpecPointer copy(mj_copySpec(spec), mj_deleteSpec);
+  copy->compiler.LRopt.mode = mjLRMODE_NONE;  // muscles' lengths, which are found by simulation
+  const ModelPointer model = compilePhysics(*copy, error);
+  if (!model) source.fail(error);
+  const mjModel& m = *model;
   mjData* d = mj_makeData(&m);
   for (int j = 0; j < m.njnt; ++j) {
     if (m.jnt_type[j] == mjJNT_HINGE) d->qpos[m.jnt_qposadr[j]] += 0.1;
@@ -154,8 +163,16 @@ void clear(mjSpec* spec, bool ground) {
     for (mjsElement* e : all(spec, type)) mjs_delete(spec, e);
   }
   if (mjsElement* count = mjs_findElement(spec, mjOBJ_NUMERIC, kPropsName)) mjs_delete(spec, count);
+  std::set<std::string> used;
+  for (mjsElement* e : all(spec, mjOBJ_MATERIAL)) {
+    for (int role = 0; role < mjNTEXROLE; ++role) {
+      if (const char* name = mjs_getInStringVec(mjs_asMaterial(e)->textures, role))
+        used.insert(name);
+    }
+  }
   for (mjsElement* e : all(spec, mjOBJ_TEXTURE)) {
-    if (mjs_asTexture(e)->type == mjTEXTURE_SKYBOX) mjs_delete(spec, e);
+    const bool is_sky = mjs_asTexture(e)->type == mjTEXTURE_SKYBOX;
+    if (is_sky && !used.contains(nameOf(e))) mjs_delete(spec, e);
   }
   if (ground) {
     mjsBody* world = mjs_findBody(spec, "world");
@@ -428,21 +445,20 @@ void checkProps(const Scene& scene, mjSpec* spec) {
   }
 }
 
-SpecPointer robotSpec(const Robot& robot, bool ground) {
-  const ModelFile source(robot.file);
+SpecPointer robotSpec(const Robot& robot, const ModelFile& source, bool ground) {
   std::string error;
   SpecPointer spec = parseText(source.text(), error);
   if (!spec) source.fail(error);
   resolveAssets(spec.get(), source);
-  const ModelPointer whole = compile(*spec, error);
-  if (!whole) source.fail(error);
-  const std::map<std::string, double> driven = drivenJoints(spec.get(), *whole);
+  const std::map<std::string, double> driven = drivenJoints(spec.get(), source);
   clear(spec.get(), ground);
-  const ModelPointer original = compile(*spec, error);
-  if (!original) source.fail(error);
   if (robot.mass_scale != 1) {
+    const SpecPointer copy(mj_copySpec(spec.get()), mj_deleteSpec);
+    const ModelPointer original = compilePhysics(*copy, error);
+    if (!original) source.fail(error);
     scaleMasses(spec.get(), robot.mass_scale, source);
-    const ModelPointer scaled = compile(*spec, error);
+    const SpecPointer scaled_copy(mj_copySpec(spec.get()), mj_deleteSpec);
+    const ModelPointer scaled = compilePhysics(*scaled_copy, error);
     if (!scaled) source.fail(error);
     checkMasses(*original, *scaled, robot.mass_scale, robot.file);
   }
@@ -450,16 +466,14 @@ SpecPointer robotSpec(const Robot& robot, bool ground) {
   return spec;
 }
 
-}  // namespace
-
-SpecPointer compose(const Scene& scene) {
+SpecPointer compose(const Scene& scene, const ModelFile* source) {
   if (!(scene.time_step > 0)) {
     throw InputError(fmt::format("scene: time step {} s: expected > 0", scene.time_step));
   }
   if (scene.ground) checkMaterial("the ground", scene.ground_material, scene.time_step);
   std::string error;
   SpecPointer spec =
-      scene.robot ? robotSpec(*scene.robot, scene.ground) : parseText("<mujoco/>", error);
+      source ? robotSpec(*scene.robot, *source, scene.ground) : parseText("<mujoco/>", error);
   checkProps(scene, spec.get());
   spec->option.timestep = scene.time_step;
   set(spec->option.gravity, {scene.gravity.x(), scene.gravity.y(), scene.gravity.z()});
@@ -475,6 +489,40 @@ SpecPointer compose(const Scene& scene) {
     count->size = 1;
   }
   return spec;
+}
+
+[[noreturn]] void fail(const ModelFile* source, const std::string& error) {
+  if (source) source->fail(error);
+  throw InputError("scene: " + error);
+}
+
+}  // namespace
+
+std::shared_ptr<const ModelFile> sourceOf(const Scene& scene) {
+  return scene.robot ? std::make_shared<const ModelFile>(scene.robot->file) : nullptr;
+}
+
+ModelPointer compilePhysics(mjSpec& spec, std::string& error) {
+  // It fails where the file has inertias follow from all shapes: then they all stay.
+  mjs_discardVisual(&spec, nullptr);
+  return compile(spec, error);
+}
+
+ModelPointer composePhysics(const Scene& scene, const ModelFile* source) {
+  const SpecPointer spec = compose(scene, source);
+  std::string error;
+  ModelPointer model = compilePhysics(*spec, error);
+  if (!model) fail(source, error);
+  return model;
+}
+
+std::string composeMjcf(const Scene& scene, const ModelFile* source) {
+  const SpecPointer spec = compose(scene, source);
+  std::string error;
+  std::string text;
+  if (compile(*spec, error)) text = toXml(*spec, error);
+  if (text.empty()) fail(source, error);
+  return text;
 }
 
 }  // namespace traceur::sim

@@ -31,13 +31,6 @@ void leave(const char* words) {
 }
 
 void requireEngine() {
-#ifdef __x86_64__
-  if (!__builtin_cpu_supports("avx")) {
-    throw SystemError(
-        "this processor has no AVX instructions, which the physics engine needs: "
-        "expected one of 2011 or later, or in a virtual machine AVX passed through");
-  }
-#endif
   // Structures of another version have other layouts.
   if (mj_version() != mjVERSION_HEADER) {
     throw SystemError("MuJoCo " + std::string(mj_versionString()) +

@@ -21,8 +21,7 @@ std::string compiledApart(std::string_view what, const std::function<std::string
 
 /// What the engine reads: an MJCF or URDF file, and a text of either. Paths in a text are absolute.
 /// @return null on failure, with the engine's words in error
-/// @throws SystemError where the engine is not of the version Traceur was compiled with, or the
-///         machine not one that it runs on
+/// @throws SystemError where the engine is not of the version Traceur was compiled with
 SpecPointer parseFile(const std::filesystem::path& file, std::string& error);
 SpecPointer parseText(const std::string& text, std::string& error);
 /// @return null on failure, with the engine's words in error

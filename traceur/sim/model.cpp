@@ -68,38 +68,16 @@ bool isPlainMotor(const mjModel* m, int a) {
          !m->actuator_ctrllimited[a] && !m->actuator_forcelimited[a];
 }
 
-bool sameBodies(const mjModel& a, const mjModel& b) {
-  const auto equal = [](const mjtNum* x, const mjtNum* y, int n) {
-    return std::equal(x, x + n, y);
-  };
-  return a.nbody == b.nbody && a.nq == b.nq && a.nv == b.nv && a.nu == b.nu &&
-         equal(a.body_mass, b.body_mass, a.nbody) &&
-         equal(a.body_inertia, b.body_inertia, 3 * a.nbody) &&
-         equal(a.body_ipos, b.body_ipos, 3 * a.nbody);
-}
-
-/// Keeps what matters to physics. Geoms that cannot touch anything took a quarter of a step of a
-/// robot with 52 of them, in kinematics and in the search for contacts.
-ModelPointer lean(mjSpec& spec, ModelPointer whole) {
-  std::string ignored;
-  if (mjs_discardVisual(&spec, nullptr) < 0) return whole;
-  ModelPointer found = compile(spec, ignored);
-  return found && sameBodies(*whole, *found) ? std::move(found) : std::move(whole);
-}
-
-/// The MJCF to be kept and the physics as bytes, of which a world can be made and put into its
-/// first state: "LENGTH MJCF BYTES".
-/// @param mjcf  empty: what the engine writes
-std::string compiled(mjSpec& spec, std::string mjcf, const std::string& file) {
-  std::string error;
-  ModelPointer whole = compile(spec, error);
-  if (whole && mjcf.empty()) mjcf = toXml(spec, error);
-  if (mjcf.empty() || !whole) throw InputError(fmt::format("{}: {}", file, error));
-  const ModelPointer model = lean(spec, std::move(whole));
+/// The physics as bytes. A world of it can be made and put into its first state.
+std::string checked(const ModelPointer& model) {
   mjData* data = mj_makeData(model.get());
   mj_forward(model.get(), data);
   mj_deleteData(data);
-  return fmt::format("{} ", mjcf.size()) + mjcf + toBytes(*model);
+  return toBytes(*model);
+}
+
+std::string nameOf(const Scene& scene) {
+  return scene.robot ? scene.robot->file.string() : "scene";
 }
 
 /// The body under the world whose tree has the most degrees of freedom: of several things in a
@@ -121,11 +99,11 @@ std::string engineVersion() {
   return std::string("MuJoCo ") + mj_versionString();
 }
 
-Model::Model(std::string_view compiled, std::shared_ptr<const Robot> robot)
-    : robot_(std::move(robot)) {
-  const size_t begin = compiled.find(' ') + 1;
-  mjcf_ = compiled.substr(begin, std::stoul(std::string(compiled.substr(0, begin))));
-  model_ = toModel(compiled.substr(begin + mjcf_.size())).release();
+Model::Model(std::string_view physics, std::function<std::string()> make_mjcf,
+             std::shared_ptr<const Robot> robot)
+    : make_mjcf_(std::move(make_mjcf)),
+      robot_(std::move(robot)),
+      model_(toModel(physics).release()) {
   const mjModel* m = model_;
   // Props come last in the document. Without a robot they stand in for one.
   const int numeric = mj_name2id(m, mjOBJ_NUMERIC, kPropsName);
@@ -176,9 +154,13 @@ Model::~Model() {
 }
 
 std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
-  const std::string file = scene.robot ? scene.robot->file.string() : "scene";
-  const std::string made = compiledApart(file, [&] { return compiled(*compose(scene), "", file); });
-  std::shared_ptr<const Model> model(new Model(made, scene.robot));
+  const std::shared_ptr<const ModelFile> source = sourceOf(scene);
+  const std::string physics =
+      compiledApart(nameOf(scene), [&] { return checked(composePhysics(scene, source.get())); });
+  const auto make_mjcf = [scene, source] {
+    return compiledApart(nameOf(scene), [&] { return composeMjcf(scene, source.get()); });
+  };
+  std::shared_ptr<const Model> model(new Model(physics, make_mjcf, scene.robot));
   if (const Robot* robot = scene.robot.get()) {
     // Every name of the TOML must mean something in the model.
     Diagnostics diagnostics((robot->toml.empty() ? robot->file : robot->toml).string());
@@ -208,13 +190,21 @@ std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
 }
 
 std::shared_ptr<const Model> Model::fromMjcf(const std::string& text) {
-  const std::string made = compiledApart("scene", [&] {
+  const std::string physics = compiledApart("scene", [&] {
     std::string error;
     const SpecPointer spec = parseText(text, error);
-    if (!spec) throw InputError("scene: " + error);
-    return compiled(*spec, text, "scene");
+    ModelPointer model(nullptr, mj_deleteModel);
+    if (spec) model = compilePhysics(*spec, error);
+    if (!model) throw InputError("scene: " + error);
+    return checked(model);
   });
-  return std::shared_ptr<const Model>(new Model(made, nullptr));
+  return std::shared_ptr<const Model>(new Model(
+      physics, [text] { return text; }, nullptr));
+}
+
+const std::string& Model::mjcf() const {
+  std::call_once(mjcf_made_, [&] { mjcf_ = make_mjcf_(); });
+  return mjcf_;
 }
 
 std::uint64_t Model::fingerprint() const {

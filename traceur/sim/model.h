@@ -3,7 +3,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -102,7 +104,8 @@ class Model {
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
   /// The scene as MJCF, for pictures and for other programs: its numbers have six digits, and of
   /// meshes and textures it holds absolute paths.
-  const std::string& mjcf() const { return mjcf_; }
+  /// Made when it is first asked for.
+  const std::string& mjcf() const;
   /// A print of all that decides motion, to the last digit; another with another engine.
   std::uint64_t fingerprint() const;
   /// The physics: without geoms that cannot touch anything, textures and the like. What is to be
@@ -110,9 +113,12 @@ class Model {
   const mjModel_* raw() const { return model_; }
 
  private:
-  Model(std::string_view compiled, std::shared_ptr<const Robot> robot);
+  Model(std::string_view physics, std::function<std::string()> make_mjcf,
+        std::shared_ptr<const Robot> robot);
 
-  std::string mjcf_;
+  std::function<std::string()> make_mjcf_;
+  mutable std::once_flag mjcf_made_;
+  mutable std::string mjcf_;
   std::shared_ptr<const Robot> robot_;
   mjModel_* model_ = nullptr;
   BodyId root_;

@@ -379,6 +379,9 @@ TEST(Model, WhatIsOnlySeenIsLeftOutAndItsMassIsNot) {
   EXPECT_NEAR(heavy->mass(), 3, 1e-12);
   EXPECT_NEAR(heavy->raw()->body_ipos[3], 0.1, 1e-12);  // where both balance
   EXPECT_NEAR(ball("<compiler settotalmass='6'/>", "size='.05' mass='1'")->mass(), 6, 1e-12);
+  const auto all = ball("<compiler inertiafromgeom='true'/>", "size='.05' mass='1'");
+  EXPECT_EQ(all->raw()->ngeom, 2);  // where it would change the inertia, it stays
+  EXPECT_NEAR(all->mass(), 3, 1e-12);
 }
 
 TEST(Model, OfPropsAloneTheFirstStandsInForARobot) {
