@@ -21,10 +21,19 @@ void Actuation::torque(const sim::Snapshot& s, const Command& command, sim::Torq
     pd_.gains()[i].kp = gains_[i].kp * (command.stiffness.size() > 0 ? command.stiffness[i] : 1);
     pd_.gains()[i].kd = gains_[i].kd * (command.damping.size() > 0 ? command.damping[i] : 1);
   }
-  tau_.setZero();
-  for (const VirtualForce& f : command.forces) f.addTorque(s, tau_);
   using Clamp = StablePd::Clamp;
-  pd_.addTorque(s, command.target, tau_, command.limited ? Clamp::kSum : Clamp::kOwn);
+  tau_.setZero();
+  if (command.expected) {
+    for (const VirtualForce& f : command.forces) f.addTorque(s, tau_);
+    pd_.addTorque(s, command.target, tau_, command.limited ? Clamp::kSum : Clamp::kOwn);
+  } else {
+    pd_.addTorque(s, command.target, tau_, command.limited ? Clamp::kNone : Clamp::kOwn);
+    for (const VirtualForce& f : command.forces) f.addTorque(s, tau_);
+    for (size_t i = 0; command.limited && i < gains_.size(); ++i) {
+      const int d = model_->joints()[i].v;
+      tau_[d] = limitedTorque(tau_[d], s.v()[d], pd_.limits()[i]);
+    }
+  }
   toMotors(*model_, tau_, torque);
 }
 

@@ -14,11 +14,15 @@ struct Command {
   VectorXd damping;    ///< by joint: factor on kd; empty: 1. Where both are 0 a joint is limp.
   std::vector<VirtualForce> forces;
   bool limited = true;  ///< whether the forces' torques count against the motors' limits
+  /// Whether the PD control reckons with them. It then holds its target against what they would do;
+  /// else it lets them move the body as they like.
+  bool expected = true;
 };
 
-/// Virtual forces, then PD that knows of them, then one clamp:
+/// Virtual forces, PD control, and one clamp of what motors have to give:
 ///
-///     τ₀ = Σ Jᵀ f,   τ = clamp(τ₀ + PD(q, v, τ₀))   limited, else   τ₀ + clamp(PD(q, v, τ₀))
+///     τ₀ = Σ Jᵀ f,   τ = clamp(τ₀ + PD(q, v, τ₀ or 0))   limited, else   τ₀ + clamp(PD(q, v, τ₀ or
+///     0))
 ///
 /// with the robot's gains times the command's factors.
 class Actuation {

@@ -34,8 +34,17 @@ void StablePd::addTorque(const sim::Snapshot& s, const JointTarget& target,
     const int d = joints[i].v;
     const double error = q[joints[i].q] + dt * v[d] - target.q[i];
     const double torque = -gains_[i].kp * error - gains_[i].kd * (v[d] + dt * vdot_[d]);
-    tau[d] = clamp == Clamp::kSum ? limitedTorque(tau[d] + torque, v[d], limits_[i])
-                                  : tau[d] + limitedTorque(torque, v[d], limits_[i]);
+    switch (clamp) {
+      case Clamp::kSum:
+        tau[d] = limitedTorque(tau[d] + torque, v[d], limits_[i]);
+        break;
+      case Clamp::kOwn:
+        tau[d] += limitedTorque(torque, v[d], limits_[i]);
+        break;
+      case Clamp::kNone:
+        tau[d] += torque;
+        break;
+    }
   }
 }
 

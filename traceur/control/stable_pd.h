@@ -35,10 +35,11 @@ class StablePd {
   StablePd(std::shared_ptr<const sim::Model> model, std::vector<sim::JointGain> gains);
 
   /// What limitedTorque() clamps: a joint's sum of what tau held and what is added, as its motor
-  /// can give it, or what is added alone, where the rest is not meant to be the motor's.
-  enum class Clamp { kSum, kOwn };
+  /// can give it, or what is added alone, where the rest is not meant to be the motor's, or
+  /// nothing.
+  enum class Clamp { kSum, kOwn, kNone };
 
-  /// Adds the torque, (nv) [N·m], each joint clamped once with its own limit.
+  /// Adds the torque, (nv) [N·m], each joint clamped at most once with its own limit.
   void addTorque(const sim::Snapshot& s, const JointTarget& target, Eigen::Ref<VectorXd> tau,
                  Clamp clamp = Clamp::kSum);
 

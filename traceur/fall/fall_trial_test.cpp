@@ -307,8 +307,11 @@ struct FollowerByHand {
     for (size_t i = 0; i < gains.size(); ++i) {
       hand.pd.gains()[i] = {kp * gains[i].kp, kd * gains[i].kd};
     }
+    hand.pd.addTorque(s, target, tau, control::StablePd::Clamp::kNone);  // knows of no support
     if (now()) support(tau);
-    hand.pd.addTorque(s, target, tau);  // knows of the support, and both together are limited
+    for (const sim::Joint& j : hand.model->joints()) {  // both together
+      tau[j.v] = control::limitedTorque(tau[j.v], s.v()[j.v], j.limit);
+    }
   }
 
   /// What bears the rod's force: Eq. 12, between nothing and one and a half weights.

@@ -48,6 +48,7 @@ void Session::begin(const sim::State& start, const TrialOptions& options) {
   const double dt = model.timeStep();
   steps_ = inSteps(options_.horizon, dt);
   noise_ = Random(options_.seed, options_.stream);
+  world_->watchJointForces(options_.recording != nullptr);
   world_->reset(start);
   const sim::Snapshot& s = world_->snapshot();
   command_ = {};
@@ -61,6 +62,7 @@ void Session::begin(const sim::State& start, const TrialOptions& options) {
     torque_.tau.setZero(model.nu());
   }
   if (options_.recording) {
+    peaks_.setZero(model.bodies());
     options_.recording->mjcf = model.mjcf();
     options_.recording->frames.clear();
   }
@@ -86,9 +88,7 @@ bool Session::step() {
     hash_.add(numbers(s.q()));
     hash_.add(numbers(s.v()));
   }
-  if (due && options_.recording) {
-    options_.recording->frames.push_back(sim::frameOf(s, controller_->phase(), torque_.tau));
-  }
+  if (options_.recording) record(due);
   if (last) return finish(m, why);
 
   push(m);
@@ -110,6 +110,16 @@ bool Session::step() {
   if (!world_->diverged() && !world_->overflowed()) return true;
   trial_.diverged = true;
   return finish(m, world_->diverged() ? "diverged" : "too many contacts");
+}
+
+void Session::record(bool due) {
+  const sim::Snapshot& s = world_->snapshot();
+  // At the start no step has made any.
+  if (step_ > 0) peaks_ = peaks_.cwiseMax(s.jointForces().colwise().norm().transpose());
+  if (!due) return;
+  options_.recording->frames.push_back(sim::frameOf(s, controller_->phase(), torque_.tau));
+  options_.recording->frames.back().joint_forces = peaks_;
+  peaks_.setZero();
 }
 
 bool Session::finish(const Moment& m, std::string_view why) {

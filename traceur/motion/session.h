@@ -70,6 +70,7 @@ class Session {
  private:
   class NoisySenses;
 
+  void record(bool due);
   bool finish(const Moment& m, std::string_view why);
   void push(const Moment& m);
 
@@ -85,6 +86,7 @@ class Session {
   Hash hash_;
   control::Command command_;
   sim::Torque torque_;
+  Eigen::VectorXd peaks_;         // of joint forces since the last frame, (bodies) [N]
   std::deque<sim::Torque> late_;  // what a delay keeps back, the oldest first
 };
 

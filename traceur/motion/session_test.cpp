@@ -196,6 +196,30 @@ TEST(Session, RecordsPhasesAndFramesEveryHundredth) {
   EXPECT_EQ(r.mjcf, rod()->mjcf());
 }
 
+TEST(Session, RecordsWhatJointsBoreBetweenFrames) {
+  // A mass on a rod, hit for 1 ms between two frames: the hinge holds against it.
+  const auto model = sim::Model::fromMjcf(R"(<mujoco>
+    <option timestep="0.001" gravity="0 0 0" integrator="Euler"/>
+    <worldbody><body name="rod"><joint name="hinge" axis="0 1 0"/>
+      <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body></worldbody>
+    <actuator><motor name="hinge" joint="hinge"/></actuator></mujoco>)");
+  sim::World world(model);
+  control::Actuation actuation(control::StablePd(model, {{.kp = 0, .kd = 0}}));
+  Hold controller;
+  Session session(world, actuation, controller, {});
+  sim::Recording r;
+  const Push hit{
+      .body = model->body("rod"), .force = {0, 0, -50}, .start = 0.014, .duration = 0.001};
+  const Trial recorded = session.run(at(0), {.horizon = 0.05, .pushes = {hit}, .recording = &r});
+  ASSERT_EQ(r.frames.size(), 6u);
+  for (size_t i = 0; i < r.frames.size(); ++i) {
+    ASSERT_EQ(r.frames[i].joint_forces.size(), model->bodies());
+    EXPECT_NEAR(r.frames[i].joint_forces[1], i == 2 ? 50 : 0, 1e-9) << i;
+  }
+  // To record changes no bit.
+  EXPECT_EQ(session.run(at(0), {.horizon = 0.05, .pushes = {hit}}).hash, recorded.hash);
+}
+
 TEST(Session, ASimulationThatDivergesEndsAndSaysSo) {
   Bench b;
   const Trial t = b.session.run(at(0, 1e12), {.horizon = 1});

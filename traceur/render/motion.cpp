@@ -71,6 +71,13 @@ void checkRecording(const sim::Model& model, const sim::Recording& recording) {
                         i, b.value, model.bodies()));
       }
     }
+    const auto forces = recording.frames[i].joint_forces.size();
+    if (forces != 0 && forces != model.bodies()) {
+      throw InputError(
+          fmt::format("the recording's frame {} has joint forces of {} bodies, its "
+                      "model {}",
+                      i, forces, model.bodies()));
+    }
     if (!(s.time > last && std::isfinite(s.time))) {
       throw InputError(fmt::format("the recording's frame {} is at {} s, the one before at {} s", i,
                                    s.time, last));

@@ -478,8 +478,8 @@ SpecPointer compose(const Scene& scene, const ModelFile* source) {
   spec->option.timestep = scene.time_step;
   set(spec->option.gravity, {scene.gravity.x(), scene.gravity.y(), scene.gravity.z()});
   spec->option.integrator = mjINT_EULER;
-  const bool loose = std::any_of(scene.props.begin(), scene.props.end(),
-                                 [](const Prop& p) { return p.mass > 0; });
+  const bool loose =
+      std::any_of(scene.props.begin(), scene.props.end(), [](const Prop& p) { return p.mass > 0; });
   // One robot is one island: looking for others took 5 % of learning a jump.
   if (!loose) spec->option.disableflags |= mjDSBL_ISLAND;
   const std::string look = addLook(spec.get(), gridSquare(scene));

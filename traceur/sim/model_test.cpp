@@ -484,8 +484,8 @@ TEST(Recording, SaysWhatIsWrongWithItsBytes) {
   other[6] = 'x';
   EXPECT_EQ(said(other), stranger);
   other = bytes;
-  other[magic] = 2;
-  EXPECT_EQ(said(other), "recording: version 2, this program reads 1");
+  other[magic] = 9;
+  EXPECT_EQ(said(other), "recording: version 9, this program reads 1 to 2");
   for (size_t cut = magic; cut < bytes.size(); ++cut) EXPECT_EQ(said(bytes.substr(0, cut)), early);
   // A vector of two where three numbers belong: the COM, behind time and two empty vectors.
   other = bytes;

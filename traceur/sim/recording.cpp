@@ -13,7 +13,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "recordings are little-endian");
 
 constexpr std::string_view kMagic = "traceur-recording";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;  // 1 has no joint forces
 
 // The fewest bytes that each takes, all its vectors but those of three numbers being empty.
 constexpr size_t kVector3 = 4 + 3 * 8;
@@ -120,6 +120,7 @@ std::string Recording::encode() const {
       out.vector(c.normal);
       out.vector(c.f_WC);
     }
+    out.vector(f.joint_forces);
   }
   return out.take();
 }
@@ -129,9 +130,10 @@ Recording Recording::decode(std::string_view bytes) {
   if (bytes.size() < 4 + kMagic.size() || in.text() != kMagic) {
     throw InputError("recording: these bytes are not a Traceur recording");
   }
-  if (const std::uint32_t version = in.version(); version != kVersion) {
-    throw InputError("recording: version " + std::to_string(version) + ", this program reads " +
-                     std::to_string(kVersion));
+  const std::uint32_t version = in.version();
+  if (version < 1 || version > kVersion) {
+    throw InputError("recording: version " + std::to_string(version) +
+                     ", this program reads 1 to " + std::to_string(kVersion));
   }
   Recording r;
   r.mjcf = in.text();
@@ -154,12 +156,13 @@ Recording Recording::decode(std::string_view bytes) {
       c.normal = in.vector3();
       c.f_WC = in.vector3();
     }
+    if (version > 1) f.joint_forces = in.vector();
   }
   return r;
 }
 
 Frame frameOf(const Snapshot& s, int phase, const VectorXd& torque) {
-  return {{s.time(), s.q(), s.v()}, s.com(), s.comVelocity(), phase, torque, s.contacts()};
+  return {{s.time(), s.q(), s.v()}, s.com(), s.comVelocity(), phase, torque, s.contacts(), {}};
 }
 
 }  // namespace traceur::sim

@@ -17,6 +17,9 @@ struct Frame {
   int phase = 0;                             ///< index in Recording::phases
   VectorXd torque;                           ///< motor command, (nu) [N·m]
   std::vector<Contact> contacts;
+  /// The largest force of the parent on each body through its joint since the frame before, (bodies)
+  /// [N]: what a joint bore of an impact that lies between two frames. Empty in older recordings.
+  VectorXd joint_forces = {};
 };
 
 struct Recording {
@@ -31,7 +34,7 @@ struct Recording {
   static Recording decode(std::string_view bytes);
 };
 
-/// The frame as it is now.
+/// The frame as it is now, without joint forces.
 Frame frameOf(const Snapshot& snapshot, int phase, const VectorXd& torque);
 
 }  // namespace traceur::sim

@@ -481,7 +481,8 @@ TEST(World, JointForceOfAHangingChainIsTheWeightBelow) {
     <body name="upper" pos="0 0 2"><joint axis="0 0 1"/><geom type="box" size=".1 .1 .1" mass="3"/>
       <body name="lower" pos="0 0 -.5"><joint axis="0 0 1"/><geom type="box" size=".1 .1 .1" mass="2"/>
       </body></body></worldbody></mujoco>)");
-  World world(model, {.joint_forces = true});
+  World world(model);
+  world.watchJointForces(true);
   world.step(none(*model));
   const Matrix3Xd& f = world.snapshot().jointForces();
   EXPECT_NEAR((f.col(model->body("upper").value) - Vector3d(0, 0, 5 * kG)).norm(), 0, 1e-9);
@@ -1266,15 +1267,31 @@ TEST(Recording, BytesComeBackAndDamageIsRefused) {
   for (int i = 0; i < 3; ++i) {
     world.step(none(*model));
     r.frames.push_back(frameOf(world.snapshot(), 1, VectorXd::Constant(16, i)));
+    r.frames.back().joint_forces = VectorXd::LinSpaced(model->bodies(), i, i + 1);
   }
   const std::string bytes = r.encode();
   const Recording back = Recording::decode(bytes);
   EXPECT_EQ(back.encode(), bytes);
   EXPECT_EQ(back.frames[2].state.q, world.state().q);
+  EXPECT_EQ(back.frames[2].joint_forces, r.frames[2].joint_forces);
   EXPECT_EQ(back.frames[2].contacts.size(), world.snapshot().contacts().size());
   EXPECT_NO_THROW(Model::fromMjcf(back.mjcf));
   for (const size_t cut : {size_t(0), size_t(3), size_t(30), bytes.size() / 2, bytes.size() - 1}) {
     EXPECT_THROW(Recording::decode(std::string_view(bytes).substr(0, cut)), InputError) << cut;
+  }
+  // The first version had no joint forces; a later one is not known.
+  const size_t version = 4 + std::string("traceur-recording").size();
+  Recording old = r;
+  old.frames.resize(1);
+  old.frames[0].joint_forces.resize(0);
+  std::string first = old.encode();
+  first[version] = 1;
+  first.resize(first.size() - 4);
+  EXPECT_EQ(Recording::decode(first).frames[0].joint_forces.size(), 0);
+  EXPECT_EQ(Recording::decode(first).frames[0].state.q, r.frames[0].state.q);
+  for (const char other : {0, 3}) {
+    first[version] = other;
+    EXPECT_THROW(Recording::decode(first), InputError);
   }
   // The phase of the first frame, behind time, q, v, com and its velocity.
   const size_t phase = bytes.find(model->mjcf()) + model->mjcf().size() + 4 + 2 * (4 + 3) + 4 + 8 +

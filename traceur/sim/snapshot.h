@@ -63,7 +63,7 @@ class Snapshot {
   /// Convex hull of the robot's contacts with the static world, counter-clockwise, (x, y) [m].
   std::vector<Vector2d> supportPolygon() const;
   /// Force of the parent on each body through its joint, (3 x bodies) [N]; needs
-  /// World::Options::joint_forces. Its norm is the dissertation's joint stress [Ha2015, §3.6.1].
+  /// World::watchJointForces. Its norm is the dissertation's joint stress [Ha2015, §3.6.1].
   const Matrix3Xd& jointForces() const { return joint_forces_; }
 
   /// J with ṗ = J·v for the point p_BP (body frame) of a body, (3 x nv).

@@ -9,21 +9,26 @@
 
 namespace traceur::sim {
 
-World::World(std::shared_ptr<const Model> model, Options options)
-    : model_(std::move(model)), options_(options), data_(mj_makeData(model_->raw())) {
+World::World(std::shared_ptr<const Model> model)
+    : model_(std::move(model)), data_(mj_makeData(model_->raw())) {
   snapshot_.model_ = model_.get();
   snapshot_.data_ = data_;
-  snapshot_.wants_joint_forces_ = options_.joint_forces;
   const mjModel* m = model_->raw();
   snapshot_.factor_.resize(m->nC);
   snapshot_.momentum_.resize(3, m->nbody);
-  snapshot_.joint_forces_ = Matrix3Xd::Zero(3, options_.joint_forces ? model_->bodies() : 0);
+  snapshot_.joint_forces_.resize(3, 0);
   snapshot_.contacts_.reserve(128);
   reset(model_->initialState());
 }
 
 World::~World() {
   mj_deleteData(data_);
+}
+
+void World::watchJointForces(bool watch) {
+  if (watch == snapshot_.wants_joint_forces_) return;
+  snapshot_.wants_joint_forces_ = watch;
+  snapshot_.joint_forces_.setZero(3, watch ? model_->bodies() : 0);
 }
 
 void World::check(const State& state, const char* caller) const {

@@ -27,15 +27,14 @@ struct Torque {
 /// Equal resets and torques give equal bits, in a new world and in one used before.
 class World {
  public:
-  struct Options {
-    bool joint_forces = false;  ///< compute Snapshot::jointForces each step (up to a tenth of it)
-  };
-  explicit World(std::shared_ptr<const Model> model) : World(std::move(model), Options()) {}
-  World(std::shared_ptr<const Model> model, Options options);
+  explicit World(std::shared_ptr<const Model> model);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
+  /// Whether Snapshot::jointForces is computed each step, which takes up to a tenth of it; from the
+  /// next reset() or step() on.
+  void watchJointForces(bool watch);
   /// @throws InputError when q or v have the wrong size or hold NaN
   void reset(const State& state);
   /// Only where things are, for much less than a reset(): of the snapshot the time, q, v,
@@ -63,7 +62,6 @@ class World {
   void write(const State& state);
 
   std::shared_ptr<const Model> model_;
-  Options options_;
   mjData_* data_ = nullptr;
   bool pushed_ = false;       // since the last reset
   bool out_of_room_ = false;  // the engine gave up in a step: no other before a reset
