@@ -14,7 +14,7 @@ constexpr double kLift = 1.5;
 }  // namespace
 
 PlannedFall::PlannedFall(const FallContext& context)
-    : context_(&context),
+    : context_(context),
       body_(&context.body),
       model_(context.body.model()),
       tracking_(&context.falls.tracking) {}
@@ -32,7 +32,7 @@ void PlannedFall::begin(const motion::Moment& m) {
   made_nodes_ = {0};
   way_.clear();
   noticed_ = begun_ = asked_ = m.s.time();
-  from_ = target_ = control::targetOf(*model_, context_->stance);
+  from_ = target_ = control::targetOf(*model_, context_.stance);
   ask(m.s);
 }
 
@@ -119,7 +119,7 @@ bool PlannedFall::ask(const sim::Snapshot& s) {
   for (const int node : made_nodes_) {
     if (node != node_) made.push_back({node, body_->node(s, node) - body_->node(s, node_)});
   }
-  std::optional<FallMotion> motion = context_->plan(start, made, {s.time(), s.q(), s.v()});
+  std::optional<FallMotion> motion = context_.plan(start, made, {s.time(), s.q(), s.v()});
   if (!motion || (motion->stages.empty() && motion->rest.q.size() == 0)) return false;
   motion_ = std::move(*motion);
   stage_ = 0;

@@ -33,7 +33,7 @@ class PlannedFall : public motion::Controller {
   /// All contacts of the plan have been made.
   bool resting() const { return stage_ >= motion_.stages.size(); }
 
-  const FallContext* context_;
+  FallContext context_;
   const SagittalBody* body_;
   std::shared_ptr<const sim::Model> model_;
   const FallTracking* tracking_;

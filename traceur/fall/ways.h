@@ -12,7 +12,7 @@
 
 namespace traceur::fall {
 
-/// What a way to fall may know. It outlives the way.
+/// What a way to fall may know. What it refers to outlives the way.
 struct FallContext {
   const FallRobot& falls;
   const SagittalBody& body;

@@ -34,7 +34,8 @@ class Controller {
   virtual void begin(const Moment& m) = 0;
   /// Takes up what has happened: a phase that ends, ends here, before observers look.
   virtual void update(const Moment& /*m*/) {}
-  /// What to do in this step. `c` is what the last step left in it, zeros at first.
+  /// What to do in this step. `c` is a new command, but for its target: that of the last step, at
+  /// first where the joints are.
   virtual void command(const Moment& m, Senses& senses, control::Command& c) = 0;
 
   /// The index of what it does now in phases().

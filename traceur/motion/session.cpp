@@ -1,6 +1,7 @@
 #include "traceur/motion/session.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace traceur::motion {
@@ -37,13 +38,17 @@ class Session::NoisySenses : public Senses {
 
 Session::Session(sim::World& world, control::Actuation& actuation, Controller& controller,
                  std::span<Observer* const> observers)
-    : world_(&world), actuation_(&actuation), controller_(&controller), observers_(observers) {}
+    : world_(&world),
+      actuation_(&actuation),
+      controller_(&controller),
+      observers_(observers.begin(), observers.end()) {}
 
 void Session::begin(const sim::State& start, const TrialOptions& options) {
   options_ = options;
   trial_ = {};
   hash_ = {};
   step_ = 0;
+  ended_ = false;
   const sim::Model& model = world_->model();
   const double dt = model.timeStep();
   steps_ = inSteps(options_.horizon, dt);
@@ -69,9 +74,11 @@ void Session::begin(const sim::State& start, const TrialOptions& options) {
   const Moment m{s, 0, 0};
   controller_->begin(m);
   for (Observer* o : observers_) o->begin(m);
+  if (options_.recording) options_.recording->phases = controller_->phases();
 }
 
 bool Session::step() {
+  assert(!ended_);
   const sim::Snapshot& s = world_->snapshot();
   const double dt = world_->model().timeStep();
   const Moment m{s, step_, step_ * dt};
@@ -93,13 +100,20 @@ bool Session::step() {
 
   push(m);
   NoisySenses senses(s, options_.velocity_noise, noise_);
+  command_.stiffness.resize(0);
+  command_.damping.resize(0);
+  command_.forces.clear();
+  command_.limited = command_.expected = true;
   controller_->command(m, senses, command_);
-  // To a PD controller an angle read too large is a target too small.
+  const control::Command* told = &command_;
   if (options_.encoder_noise > 0) {
-    for (double& q : command_.target.q) q -= options_.encoder_noise * noise_.normal();
+    // To a PD controller an angle read too large is a target too small.
+    misread_ = command_;
+    for (double& q : misread_.target.q) q -= options_.encoder_noise * noise_.normal();
+    told = &misread_;
   }
-  actuation_->torque(s, command_, torque_);
-  for (Observer* o : observers_) o->commanded(m, command_, torque_);
+  actuation_->torque(s, *told, torque_);
+  for (Observer* o : observers_) o->commanded(m, *told, torque_);
   if (!late_.empty()) {
     late_.push_back(torque_);
     torque_ = late_.front();
@@ -123,6 +137,7 @@ void Session::record(bool due) {
 }
 
 bool Session::finish(const Moment& m, std::string_view why) {
+  ended_ = true;
   trial_.ended = why;
   trial_.time = m.time;
   trial_.end = world_->state();
@@ -133,13 +148,18 @@ bool Session::finish(const Moment& m, std::string_view why) {
 
 void Session::push(const Moment& m) {
   const double dt = world_->model().timeStep();
-  for (const Push& p : options_.pushes) {
-    const int from = inSteps(p.start, dt);
-    const int until = from + inSteps(p.duration, dt);
-    if (m.step == from) world_->push(p.body, p.force, p.moment);
-    if (m.step == until) {
-      world_->push(p.body, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  const auto begins = [&](const Push& p) { return inSteps(p.start, dt); };
+  const auto ends = [&](const Push& p) { return begins(p) + inSteps(p.duration, dt); };
+  for (const Push& changed : options_.pushes) {
+    if (m.step != begins(changed) && m.step != ends(changed)) continue;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+    for (const Push& p : options_.pushes) {
+      if (p.body != changed.body || m.step < begins(p) || m.step >= ends(p)) continue;
+      force += p.force;
+      moment += p.moment;
     }
+    world_->push(changed.body, force, moment);
   }
 }
 

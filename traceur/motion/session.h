@@ -15,7 +15,7 @@
 
 namespace traceur::motion {
 
-/// A force and a moment on a body at its COM for a while.
+/// A force and a moment on a body at its COM for a while. Several at once add up.
 struct Push {
   sim::BodyId body;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< world axes [N]
@@ -47,7 +47,7 @@ struct Trial {
 };
 
 /// A trial, step by step. Equal arguments give equal bits, in a new world and in a used one.
-/// The world, the controller and the observers outlive it.
+/// The world, the actuation, the controller and the observers outlive it.
 class Session {
  public:
   /// Time between a recording's frames [s].
@@ -77,14 +77,16 @@ class Session {
   sim::World* world_;
   control::Actuation* actuation_;
   Controller* controller_;
-  std::span<Observer* const> observers_;
+  std::vector<Observer*> observers_;
   TrialOptions options_;
   Trial trial_;
   int step_ = 0;
   int steps_ = 0;  // of the horizon
+  bool ended_ = true;
   Random noise_{0};
   Hash hash_;
   control::Command command_;
+  control::Command misread_;  // the same, with the errors of encoders
   sim::Torque torque_;
   Eigen::VectorXd peaks_;         // of joint forces since the last frame, (bodies) [N]
   std::deque<sim::Torque> late_;  // what a delay keeps back, the oldest first

@@ -147,6 +147,49 @@ TEST(Session, APushIsForceTimesTimeOnTheBody) {
   EXPECT_NEAR(free.run(at(0), {.horizon = 1, .pushes = {push}}).end.v[0], 0.5, 1e-9);
 }
 
+TEST(Session, PushesAddUpWhateverTheirOrder) {
+  Bench b;
+  control::Actuation limp(control::StablePd(rod(), {{.kp = 0, .kd = 0}}));
+  Session free(b.world, limp, b.controller, {});
+  const auto push = [](double moment, double start, double duration) {
+    return Push{
+        .body = rod()->body("rod"), .moment = {0, moment, 0}, .start = start, .duration = duration};
+  };
+  for (const auto& pushes : {std::vector<Push>{push(2, 0.1, 0.1), push(3, 0, 0.1)},
+                             std::vector<Push>{push(3, 0, 0.1), push(2, 0.1, 0.1)},
+                             std::vector<Push>{push(2, 0, 0.15), push(1, 0.05, 0.2)}}) {
+    EXPECT_NEAR(free.run(at(0), {.horizon = 1, .pushes = pushes}).end.v[0], 0.5, 1e-9);
+  }
+}
+
+TEST(Session, EachCommandIsNewButForItsTarget) {
+  // A controller that speaks once: its target stays, free of noise; its factors do not.
+  class Once : public Controller {
+   public:
+    std::vector<double> targets, sizes;
+    void begin(const Moment& /*m*/) override {}
+    void command(const Moment& m, Senses& /*senses*/, control::Command& c) override {
+      if (m.step == 0) {
+        c.target.q[0] = 1;
+        c.stiffness = VectorXd::Zero(1);
+        c.limited = c.expected = false;
+        c.forces.resize(1);
+        c.forces[0].at_com = true;
+        return;
+      }
+      targets.push_back(c.target.q[0]);
+      sizes.push_back(static_cast<double>(c.stiffness.size() + c.forces.size()) + !c.limited +
+                      !c.expected);
+    }
+    std::vector<std::string> phases() const override { return {"once"}; }
+  } once;
+  Bench b;
+  Session session(b.world, b.actuation, once, {});
+  session.run(at(0), {.horizon = 0.02, .encoder_noise = 0.1});
+  EXPECT_EQ(once.targets, std::vector<double>(19, 1.0));
+  EXPECT_EQ(once.sizes, std::vector<double>(19, 0.0));
+}
+
 TEST(Session, ADelayKeepsCommandsBackAndHoldsTheStartUntilThen) {
   Bench b;
   b.controller.target = 1;

@@ -74,6 +74,7 @@ TEST_F(TableFile, SumsUpWhatWasRun) {
 TEST_F(TableFile, ACellIsItsRowsCenterElseTheTables) {
   Table table = known();
   table.rows.push_back({"c", "other", "trials"});
+  for (Column& c : table.columns) c.printed.clear();
   table.center = Center::kTrimmedMean;
   table.rows[1].center = Center::kMedian;
   table.rows[2].center = Center::kMean;

@@ -136,7 +136,7 @@ std::map<std::string, double> drivenJoints(mjSpec* spec, const ModelFile& source
            ++at) {
         const int joint = m.dof_jntid[d->moment_colind[at]];
         const char* name = mj_id2name(&m, mjOBJ_JOINT, joint);
-        if (name && d->actuator_moment[at] != 0) driven.emplace(name, kNone);
+        if (name && d->actuator_moment[at] != 0) driven[name] = kNone;
       }
     }
   }
@@ -191,6 +191,11 @@ void clear(mjSpec* spec, bool ground) {
       mjs_delete(spec, e);
     }
   }
+  // What a person switches off to look at a file would switch off ours.
+  spec->option.disableflags &=
+      ~(mjDSBL_CONTACT | mjDSBL_CONSTRAINT | mjDSBL_ACTUATION | mjDSBL_GRAVITY);
+  spec->option.enableflags = 0;
+  spec->option.disableactuator = 0;
   spec->memory = -1;  // room for the file's own contacts, not for a scene's
   spec->nstack = spec->njmax = spec->nconmax = -1;
   spec->nkey = 0;
@@ -228,10 +233,15 @@ void addLimitsAndMotors(mjSpec* spec, const Robot& robot,
                         const std::map<std::string, double>& driven) {
   const std::set<std::string> follow = followers(spec);
   const double per_radian = spec->compiler.degree ? 180 / M_PI : 1;
+  int number = 0;
   for (mjsElement* e : all(spec, mjOBJ_JOINT)) {
     mjsJoint* joint = mjs_asJoint(e);
+    const bool is_motors = joint->type == mjJNT_HINGE || joint->type == mjJNT_SLIDE;
+    if (++number; is_motors && nameOf(e).empty()) {  // a motor needs a name to pull on
+      mjs_setName(e, freeName(spec, mjOBJ_JOINT, fmt::format("joint_{}", number)).c_str());
+    }
     const std::string name = nameOf(e);
-    if (name.empty() || (joint->type != mjJNT_HINGE && joint->type != mjJNT_SLIDE)) continue;
+    if (!is_motors) continue;
     const double unit = joint->type == mjJNT_SLIDE ? 1 : per_radian;
     const auto limit = robot.limits.find(name);
     if (limit != robot.limits.end() && std::isfinite(limit->second.max)) {
@@ -377,7 +387,7 @@ std::string addLook(mjSpec* spec, double square) {
   set(grid->markrgb, {0.80, 0.81, 0.82});
 
   mjsMaterial* material = mjs_addMaterial(spec, nullptr);
-  const std::string name = freeName(spec, mjOBJ_MATERIAL, "traceur_ground");
+  std::string name = freeName(spec, mjOBJ_MATERIAL, "traceur_ground");
   mjs_setName(material->element, name.c_str());
   mjs_setInStringVec(material->textures, mjTEXROLE_RGB, nameOf(grid->element).c_str());
   material->texrepeat[0] = material->texrepeat[1] = static_cast<float>(1 / square);

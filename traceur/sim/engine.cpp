@@ -94,15 +94,18 @@ std::string toXml(const mjSpec& spec, std::string& error) {
   return text;
 }
 
-std::string compiledApart(std::string_view what, const std::function<std::string()>& work) {
+std::string compiledApart(std::string_view what, const std::function<std::string()>& work,
+                          const GuardLimits& limits) {
+  requireEngine();  // what it makes ready once, no copy of the process should be amid of
   const std::lock_guard lock(parserMutex());
-  return guarded(what, [&] {
+  const auto while_alone = [&] {
     struct Alone {
       Alone() { alone = true; }
       ~Alone() { alone = false; }
     } while_it_works;
     return work();
-  });
+  };
+  return guarded(what, while_alone, limits);
 }
 
 std::string toBytes(const mjModel& model) {
@@ -114,6 +117,7 @@ std::string toBytes(const mjModel& model) {
 ModelPointer toModel(std::string_view bytes) {
   static constexpr const char* kName = "scene.mjb";
   requireEngine();
+  const auto lock = parserLock();
   const auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
   mj_addBufferVFS(files.get(), kName, bytes.data(), static_cast<int>(bytes.size()));

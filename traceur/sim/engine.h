@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "traceur/core/guarded.h"
+
 namespace traceur::sim {
 
 using ModelPointer = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
@@ -17,7 +19,8 @@ using SpecPointer = std::unique_ptr<mjSpec, decltype(&mj_deleteSpec)>;
 /// Does work that compiles in a process of its own (core/guarded.h): files from strangers can crash
 /// the engine, and can ask for more time or memory than there is.
 /// @param what  begins the message: the robot's file
-std::string compiledApart(std::string_view what, const std::function<std::string()>& work);
+std::string compiledApart(std::string_view what, const std::function<std::string()>& work,
+                          const GuardLimits& limits = {});
 
 /// What the engine reads: an MJCF or URDF file, and a text of either. Paths in a text are absolute.
 /// @return null on failure, with the engine's words in error

@@ -76,6 +76,10 @@ std::string checked(const ModelPointer& model) {
   return toBytes(*model);
 }
 
+/// Meshes that are only seen take a thousand times as long as physics, and a robot that has learned
+/// for hours is worth the wait.
+constexpr GuardLimits kPictureLimits = {.seconds = 60, .memory = 4'000'000'000};
+
 std::string nameOf(const Scene& scene) {
   return scene.robot ? scene.robot->file.string() : "scene";
 }
@@ -107,8 +111,10 @@ Model::Model(std::string_view physics, std::function<std::string()> make_mjcf,
   const mjModel* m = model_;
   // Props come last in the document. Without a robot they stand in for one.
   const int numeric = mj_name2id(m, mjOBJ_NUMERIC, kPropsName);
-  const int count = numeric < 0 ? 0 : static_cast<int>(m->numeric_data[m->numeric_adr[numeric]]);
   const int bodies = static_cast<int>(m->nbody);
+  // Of a text it may be anything.
+  const double said = numeric < 0 ? 0 : m->numeric_data[m->numeric_adr[numeric]];
+  const int count = said > 0 ? static_cast<int>(std::min(said, bodies - 1.0)) : 0;
   root_.value = rootOf(m, bodies - count > 1 ? bodies - count : bodies);
   if (m->body_jntnum[root_.value] > 0 && m->jnt_type[m->body_jntadr[root_.value]] == mjJNT_FREE) {
     root_dofs_ = 6;
@@ -117,7 +123,7 @@ Model::Model(std::string_view physics, std::function<std::string()> make_mjcf,
     const int joint = m->body_jntadr[root_.value];
     const double* damping = m->dof_damping + m->jnt_dofadr[joint];
     gravity_alone_ = m->neq == 0 && m->ntendon == 0 && m->opt.density == 0 &&
-                     m->opt.viscosity == 0 && m->jnt_stiffness[joint] == 0 &&
+                     m->opt.viscosity == 0 && m->ngravcomp == 0 && m->jnt_stiffness[joint] == 0 &&
                      std::all_of(damping, damping + 6, [](double d) { return d == 0; });
   }
   static constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -158,7 +164,8 @@ std::shared_ptr<const Model> Model::fromScene(const Scene& scene) {
   const std::string physics =
       compiledApart(nameOf(scene), [&] { return checked(composePhysics(scene, source.get())); });
   const auto make_mjcf = [scene, source] {
-    return compiledApart(nameOf(scene), [&] { return composeMjcf(scene, source.get()); });
+    return compiledApart(
+        nameOf(scene), [&] { return composeMjcf(scene, source.get()); }, kPictureLimits);
   };
   std::shared_ptr<const Model> model(new Model(physics, make_mjcf, scene.robot));
   if (const Robot* robot = scene.robot.get()) {
@@ -313,9 +320,13 @@ State Model::stateOf(const Pose& pose) const {
 std::optional<BodyId> Model::bodyReachedInto(const State& state, double depth) const {
   mjData* d = mj_makeData(model_);
   Eigen::Map<VectorXd>(d->qpos, nq()) = state.q;
-  mj_kinematics(model_, d);
-  mj_comPos(model_, d);
-  mj_collision(model_, d);
+  completes(
+      [](const mjModel* model, mjData* data) {
+        mj_kinematics(model, data);
+        mj_comPos(model, data);
+        mj_collision(model, data);
+      },
+      model_, d);  // of too many contacts those that were found
   std::optional<BodyId> found;
   for (int c = 0; c < d->ncon && !found; ++c) {
     const BodyId a{model_->geom_bodyid[d->contact[c].geom1]};

@@ -76,6 +76,8 @@ std::string plainPath(std::string_view name) {
 /// The package's name and the path in it: package://NAME/PATH, model://NAME/PATH, $(find
 /// NAME)/PATH.
 std::optional<std::pair<std::string, std::string>> inPackage(const std::string& name) {
+  static constexpr size_t kLongest = 4096;  // no path is longer, and the expression is recursive
+  if (name.size() > kLongest) return {};
   static const std::regex kForm(R"((?:(?:package|model)://([^/]+)|\$\(find ([^)]+)\))/+(.+))");
   std::smatch match;
   if (!std::regex_match(name, match, kForm)) return {};
@@ -175,12 +177,15 @@ void ModelFile::include(XMLElement* parent, const fs::path& file, std::set<fs::p
   for (XMLElement* e = parent->FirstChildElement(); e;) {
     XMLElement* next = e->NextSiblingElement();
     if (!is(e, "include")) {
+      // The parser itself opens these, from wherever it runs.
+      const char* opened = is(e, "model") || is(e, "flexcomp") ? e->Attribute("file") : nullptr;
+      if (opened) e->SetAttribute("file", (file_.parent_path() / opened).c_str());
       include(e, file, included);
       e = next;
       continue;
     }
     const char* name = e->Attribute("file");
-    if (!name) failAt(file, e->GetLineNum(), "<include> without a file");
+    if (!name) failAt(places_.at(e).file, places_.at(e).line, "<include> without a file");
     fs::path path = (file_.parent_path() / name).lexically_normal();
     if (!isFile(path)) path = (places_.at(e).file.parent_path() / name).lexically_normal();
     if (!included.insert(path).second) {

@@ -56,6 +56,7 @@ void World::reset(const State& state) {
   pushed_ = false;
   write(state);
   out_of_room_ = !completes(mj_forward, m, data_);
+  if (out_of_room_) data_->ncon = 0;
   snapshot_.capture();
 }
 
@@ -95,7 +96,7 @@ void World::step(const Torque& torque) {
     const int root = m->body_dofadr[model_->root().value];
     Eigen::Map<Vector3d>(data_->qvel + root) += error;
   }
-  mj_fwdVelocity(m, data_);
+  out_of_room_ = !completes(mj_fwdVelocity, m, data_);
   snapshot_.has_com_velocity_ = snapshot_.has_angular_momentum_ = false;
 }
 
