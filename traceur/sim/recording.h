@@ -17,8 +17,9 @@ struct Frame {
   int phase = 0;                             ///< index in Recording::phases
   VectorXd torque;                           ///< motor command, (nu) [N·m]
   std::vector<Contact> contacts;
-  /// The largest force of the parent on each body through its joint since the frame before, (bodies)
-  /// [N]: what a joint bore of an impact that lies between two frames. Empty in older recordings.
+  /// The largest force of the parent on each body through its joint since the frame before,
+  /// (bodies) [N]: what a joint bore of an impact that lies between two frames. Empty in older
+  /// recordings.
   VectorXd joint_forces = {};
 };
 
