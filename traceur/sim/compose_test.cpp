@@ -48,7 +48,7 @@ std::string urdf(const std::string& hip_r = R"(type="revolute")",
 class FilesOfOthers : public ::testing::Test {
  protected:
   std::string write(const std::string& name, const std::string& text) {
-    const std::filesystem::path path = folder_ / name;
+    const std::filesystem::path path = folder / name;
     std::filesystem::create_directories(path.parent_path());
     std::ofstream(path) << text;
     return path;
@@ -69,8 +69,8 @@ class FilesOfOthers : public ::testing::Test {
       load(name, text);
     } catch (const InputError& e) {
       const std::string what = e.what();
-      const std::string folder = folder_ / "";
-      return what.starts_with(folder) ? what.substr(folder.size()) : what;
+      const std::string prefix = folder / "";
+      return what.starts_with(prefix) ? what.substr(prefix.size()) : what;
     }
     return "accepted";
   }
@@ -85,7 +85,7 @@ class FilesOfOthers : public ::testing::Test {
     return {world.snapshot().contacts().begin(), world.snapshot().contacts().end()};
   }
 
-  TestFolder folder_;
+  TestFolder folder;
 };
 
 TEST_F(FilesOfOthers, TheirFloorSkyAndLightsGiveWayToTheScenes) {
@@ -255,7 +255,7 @@ TEST_F(FilesOfOthers, MeshesAreThoseOfThePackageThatIsNamed) {
   EXPECT_EQ(loads(R"(package://two\meshes\part.obj)"), "accepted");
   EXPECT_EQ(loads("$(find two)/meshes/part.obj"), "accepted");
   EXPECT_EQ(loads("../meshes/part.obj"), "accepted");
-  EXPECT_EQ(loads("file://" + std::string(folder_ / "ws/two/meshes/part.obj")), "accepted");
+  EXPECT_EQ(loads("file://" + std::string(folder / "ws/two/meshes/part.obj")), "accepted");
   EXPECT_EQ(loads("elsewhere/part.obj", "<mujoco><compiler meshdir=\"../meshes\"/></mujoco>"),
             "accepted");
   // Not the namesake of another package.
