@@ -25,9 +25,8 @@ void requireAvx() {
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx")) return;
   static constexpr char kWords[] =
-      "traceur: this processor has no AVX instructions, which the physics engine needs: expected "
-      "one "
-      "of 2011 or later, or a virtual machine that passes them through\n";
+      "traceur: this processor has no AVX instructions, which the physics engine needs: "
+      "expected one of 2011 or later, or a virtual machine that passes them through\n";
   [[maybe_unused]] const auto written = write(STDERR_FILENO, kWords, sizeof kWords - 1);
   _exit(1);
 }
