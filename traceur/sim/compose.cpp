@@ -530,6 +530,16 @@ ModelPointer composePhysics(const Scene& scene, const ModelFile* source) {
   return model;
 }
 
+ModelPointer compileAlone(const ModelFile& source) {
+  std::string error;
+  const SpecPointer spec = parseText(source.text(), error);
+  if (!spec) source.fail(error);
+  resolveAssets(spec.get(), source);
+  ModelPointer model = compilePhysics(*spec, error);
+  if (!model) source.fail(error);
+  return model;
+}
+
 std::string composeMjcf(const Scene& scene, const ModelFile* source) {
   const SpecPointer spec = compose(scene, source);
   std::string error;

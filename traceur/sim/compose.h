@@ -22,6 +22,10 @@ ModelPointer composePhysics(const Scene& scene, const ModelFile* source);
 /// absolute. Meshes make this up to a thousand times slower.
 std::string composeMjcf(const Scene& scene, const ModelFile* source);
 
+/// The robot's file as it is, without what is only seen.
+/// @throws InputError naming the file and what is wrong in it
+ModelPointer compileAlone(const ModelFile& source);
+
 /// Compiles without what is only seen. Geoms that cannot touch anything took a quarter of a step of
 /// a robot with 52 of them, in kinematics and in the search for contacts.
 /// @return null on failure, with the engine's words in error

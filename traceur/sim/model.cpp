@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/text.h"
 #include "traceur/sim/compose.h"
+#include "traceur/sim/shape.h"
 
 namespace traceur::sim {
 namespace {
@@ -26,38 +28,6 @@ std::vector<std::string> namesOf(const mjModel* m, mjtObj type, int count) {
                              std::string_view name) {
   throw InputError(
       fmt::format("no {} named \"{}\".{}", what, name, didYouMean(name, namesOf(m, type, count))));
-}
-
-/// Lowest point of a geom above z = 0 [m], exact for the primitive shapes.
-double lowestPoint(const mjModel* m, const mjData* d, int geom) {
-  const mjtNum* p = d->geom_xpos + 3 * geom;
-  const mjtNum* R = d->geom_xmat + 9 * geom;
-  const mjtNum* s = m->geom_size + 3 * geom;
-  const mjtNum zx = R[6], zy = R[7], zz = R[8];  // world z in the geom's axes
-  switch (m->geom_type[geom]) {
-    case mjGEOM_SPHERE:
-      return p[2] - s[0];
-    case mjGEOM_CAPSULE:
-      return p[2] - s[0] - s[1] * std::abs(zz);
-    case mjGEOM_CYLINDER:
-      return p[2] - s[0] * std::sqrt(zx * zx + zy * zy) - s[1] * std::abs(zz);
-    case mjGEOM_ELLIPSOID:
-      return p[2] -
-             std::sqrt(s[0] * s[0] * zx * zx + s[1] * s[1] * zy * zy + s[2] * s[2] * zz * zz);
-    case mjGEOM_BOX:
-      return p[2] - s[0] * std::abs(zx) - s[1] * std::abs(zy) - s[2] * std::abs(zz);
-    case mjGEOM_MESH: {
-      const int mesh = m->geom_dataid[geom];
-      double lowest = std::numeric_limits<double>::infinity();
-      for (int k = 0; k < m->mesh_vertnum[mesh]; ++k) {
-        const float* x = m->mesh_vert + 3 * (m->mesh_vertadr[mesh] + k);
-        lowest = std::min(lowest, p[2] + zx * x[0] + zy * x[1] + zz * x[2]);
-      }
-      return lowest;
-    }
-    default:
-      return std::numeric_limits<double>::infinity();
-  }
 }
 
 /// Whether a command of 1 to an actuator is 1 N·m (N) at a joint.
@@ -149,7 +119,14 @@ Model::Model(std::string_view physics, std::function<std::string()> make_mjcf,
     }
     if (robot_) {
       const auto limit = robot_->limits.find(joint.name);
-      if (limit != robot_->limits.end()) joint.limit = limit->second;
+      if (limit != robot_->limits.end()) {
+        joint.limit.torque = limit->second.torque;
+        joint.limit.speed = limit->second.speed;
+        if (std::isfinite(limit->second.max)) {  // else as the file has it
+          joint.limit.min = limit->second.min;
+          joint.limit.max = limit->second.max;
+        }
+      }
     }
     joints_.push_back(joint);
   }
@@ -223,6 +200,11 @@ std::uint64_t Model::fingerprint() const {
   return hash.value();
 }
 
+std::string Model::name() const {
+  // The engine's own word for a model without a name.
+  const std::string said = model_->names;
+  return said == "MuJoCo Model" ? "" : said;
+}
 int Model::nq() const {
   return model_->nq;
 }
@@ -259,6 +241,10 @@ std::string Model::bodyName(BodyId body) const {
 BodyId Model::parent(BodyId body) const {
   return {model_->body_parentid[body.value]};
 }
+bool Model::hangsOn(BodyId body, BodyId ancestor) const {
+  while (body.value > ancestor.value) body = parent(body);  // parents come first
+  return body == ancestor;
+}
 bool Model::isStatic(BodyId body) const {
   return model_->body_weldid[body.value] == 0;
 }
@@ -289,6 +275,10 @@ const Joint& Model::joint(std::string_view name) const {
   failNoName(model_, mjOBJ_JOINT, model_->njnt, "joint", name);
 }
 
+BodyId Model::bodyOf(const Joint& joint) const {
+  return {model_->dof_bodyid[joint.v]};
+}
+
 State Model::initialState() const {
   return {0, Eigen::Map<const VectorXd>(model_->qpos0, nq()), VectorXd::Zero(nv())};
 }
@@ -309,7 +299,9 @@ State Model::stateOf(const Pose& pose) const {
   for (int g = 0; g < model_->ngeom; ++g) {
     const bool collides = model_->geom_contype[g] || model_->geom_conaffinity[g];
     if (collides && isRobot({model_->geom_bodyid[g]})) {
-      lowest = std::min(lowest, lowestPoint(model_, d, g));
+      if (const auto point = farthestPoint(model_, d, g, -Vector3d::UnitZ())) {
+        lowest = std::min(lowest, point->z());
+      }
     }
   }
   mj_deleteData(d);
@@ -335,6 +327,30 @@ std::optional<BodyId> Model::bodyReachedInto(const State& state, double depth) c
   }
   mj_deleteData(d);
   return found;
+}
+
+std::map<std::string, Pose> keyPoses(const Robot& robot) {
+  const ModelFile source(robot.file);
+  const ModelPointer model =
+      toModel(compiledApart(robot.file.string(), [&] { return toBytes(*compileAlone(source)); }));
+  const mjModel& m = *model;
+  std::map<std::string, Pose> poses;
+  for (int k = 0; k < m.nkey; ++k) {
+    const double* q = m.key_qpos + static_cast<ptrdiff_t>(k) * m.nq;
+    const char* said = mj_id2name(&m, mjOBJ_KEY, k);
+    Pose pose;
+    for (int j = 0; j < m.njnt; ++j) {
+      const double* at = q + m.jnt_qposadr[j];
+      const char* name = mj_id2name(&m, mjOBJ_JOINT, j);
+      const bool turns_or_slides = m.jnt_type[j] == mjJNT_HINGE || m.jnt_type[j] == mjJNT_SLIDE;
+      if (turns_or_slides && name && *at != 0) pose.joints[name] = *at;
+      if (m.jnt_type[j] == mjJNT_FREE && m.body_rootid[m.jnt_bodyid[j]] == rootOf(&m, m.nbody)) {
+        pose.root_rpy = rpyOf(Eigen::Quaterniond(at[3], at[4], at[5], at[6]));
+      }
+    }
+    poses.emplace(said && *said ? said : fmt::format("key {}", k), std::move(pose));
+  }
+  return poses;
 }
 
 }  // namespace traceur::sim

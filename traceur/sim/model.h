@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -58,6 +59,8 @@ class Model {
   Model(const Model&) = delete;
   Model& operator=(const Model&) = delete;
 
+  /// What the file calls the robot; empty where it says nothing.
+  std::string name() const;
   int nq() const;
   int nv() const;
   int nu() const;
@@ -77,6 +80,8 @@ class Model {
   BodyId body(std::string_view name) const;
   std::string bodyName(BodyId body) const;
   BodyId parent(BodyId body) const;
+  /// Whether a body is another or one that it carries, at any remove.
+  bool hangsOn(BodyId body, BodyId ancestor) const;
   /// The world and everything fixed to it has mass 0 and never moves.
   bool isStatic(BodyId body) const;
   /// Whether a body belongs to the robot: the root and all that hangs on it. False for an id that
@@ -91,6 +96,8 @@ class Model {
   const std::vector<Joint>& joints() const { return joints_; }
   /// @throws InputError "no joint named …" with a suggestion
   const Joint& joint(std::string_view name) const;
+  /// The body that a joint moves against its parent.
+  BodyId bodyOf(const Joint& joint) const;
 
   /// q at joint angles 0 as the file has it, v = 0.
   State initialState() const;
@@ -126,5 +133,9 @@ class Model {
   bool gravity_alone_ = false;
   std::vector<Joint> joints_;
 };
+
+/// The poses of the key frames in the robot's file, by name; where one has none, by "key N".
+/// @throws InputError as Model::fromScene
+std::map<std::string, Pose> keyPoses(const Robot& robot);
 
 }  // namespace traceur::sim

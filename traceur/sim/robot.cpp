@@ -45,7 +45,9 @@ void forEachJointRow(const TomlReader& reader, const Robot& robot, const Read& r
 }
 
 JointLimit readLimit(const TomlReader& row) {
-  const std::vector<double> angle = row.numbers("angle", 2);
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::vector<double> angle = {-kNone, kNone};
+  if (row.has("angle")) angle = row.numbers("angle", 2);
   const JointLimit limit{row.numberOrInfinity("torque"), row.numberOrInfinity("speed"), angle[0],
                          angle[1]};
   if (!(limit.torque > 0)) row.fail("torque", "\"torque\": expected a positive number [N·m]");
@@ -93,6 +95,12 @@ Eigen::Quaterniond rotationOf(const Vector3d& rpy) {
   return Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) *
          Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
          Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX());
+}
+
+Vector3d rpyOf(const Eigen::Quaterniond& rotation) {
+  const Eigen::Matrix3d R = rotation.normalized().toRotationMatrix();
+  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0))),
+          std::atan2(R(1, 0), R(0, 0))};
 }
 
 std::vector<SignedJoint> Robot::jointsNamed(const std::string& word) const {

@@ -50,6 +50,8 @@ struct Pose {
 
 /// The rotation of roll, pitch and yaw about the fixed axes x, y and z: Rz(yaw) Ry(pitch) Rx(roll).
 Eigen::Quaterniond rotationOf(const Vector3d& rpy);
+/// Its inverse, with a pitch in [-π/2, π/2].
+Vector3d rpyOf(const Eigen::Quaterniond& rotation);
 
 /// The figures a robot is known by, held against the model by the robots' contract test.
 struct PublishedFigures {

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "traceur/sim/engine.h"
+#include "traceur/sim/shape.h"
 
 namespace traceur::sim {
 namespace {
@@ -73,6 +74,30 @@ Vector3d Snapshot::bodyVelocity(BodyId body) const {
   mjtNum velocity[6];  // rotation, then translation
   mj_objectVelocity(model_->raw(), data_, mjOBJ_XBODY, body.value, velocity, 0);
   return vec(velocity + 3);
+}
+
+Vector3d Snapshot::jointAxis(const Joint& joint) const {
+  return vec(data_->xaxis + 3 * static_cast<ptrdiff_t>(model_->raw()->dof_jntid[joint.v]));
+}
+
+Vector3d Snapshot::jointAnchor(const Joint& joint) const {
+  return vec(data_->xanchor + 3 * static_cast<ptrdiff_t>(model_->raw()->dof_jntid[joint.v]));
+}
+
+double Snapshot::jointInertia(const Joint& joint) const {
+  const mjModel* m = model_->raw();
+  return data_->M[m->M_rowadr[joint.v] + m->M_rownnz[joint.v] - 1];  // the row's last: the diagonal
+}
+
+std::optional<Vector3d> Snapshot::farthestPoint(BodyId body, const Vector3d& u) const {
+  const mjModel* m = model_->raw();
+  std::optional<Vector3d> farthest;
+  for (int g = m->body_geomadr[body.value], end = g + m->body_geomnum[body.value]; g < end; ++g) {
+    if (m->geom_contype[g] == 0 && m->geom_conaffinity[g] == 0) continue;
+    const auto point = sim::farthestPoint(m, data_, g, u);
+    if (point && (!farthest || u.dot(*point) > u.dot(*farthest))) farthest = point;
+  }
+  return farthest;
 }
 
 bool Snapshot::touchesWorld() const {

@@ -66,6 +66,15 @@ class Snapshot {
   /// World::watchJointForces. Its norm is the dissertation's joint stress [Ha2015, §3.6.1].
   const Matrix3Xd& jointForces() const { return joint_forces_; }
 
+  /// A hinge's axis, or the direction in which a slide's value grows: unit.
+  Vector3d jointAxis(const Joint& joint) const;
+  Vector3d jointAnchor(const Joint& joint) const;  ///< a point of that axis [m]
+  /// Inertia against the joint alone, its motor's too: M_jj [kg·m² | kg].
+  double jointInertia(const Joint& joint) const;
+  /// The farthest point along u (unit) of a body's shapes that can touch anything [m]; none where
+  /// it has none.
+  std::optional<Vector3d> farthestPoint(BodyId body, const Vector3d& u) const;
+
   /// J with ṗ = J·v for the point p_BP (body frame) of a body, (3 x nv).
   void pointJacobian(BodyId body, const Vector3d& p_BP, Eigen::Ref<Matrix3Xd> J) const;
   /// Adds Jᵀf of a force on the COM [N] to tau (nv).
