@@ -7,10 +7,13 @@
 
 #include "apps/cli/output.h"
 #include "apps/cli/verbs.h"
+#include "traceur/control/draft.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
+#include "traceur/render/offscreen.h"
+#include "traceur/sim/recording.h"
 #include "traceur/sim/world.h"
 #include "traceur/skill/skill.h"
 
@@ -20,6 +23,9 @@ namespace {
 struct Arguments {
   std::string robot;
   std::string mjcf;
+  std::string write;
+  std::string picture;
+  std::string pose;
   bool json = false;
 };
 
@@ -55,22 +61,84 @@ std::vector<std::string> leftToSkills(const sim::Robot& robot, const sim::Model&
   return left;
 }
 
-/// Joint angles at rest: the standing pose, or 0.
-sim::State rest(const sim::Robot& robot, const sim::Model& model) {
-  const auto stand = robot.poses.find("stand");
-  return model.stateOf(stand == robot.poses.end() ? sim::Pose{} : stand->second);
+/// A pose of the robot's file or "zero"; without a name the standing one, or joint angles 0.
+/// @throws InputError with a suggestion
+sim::Pose poseOf(const sim::Robot& robot, const std::string& name) {
+  const auto pose = robot.poses.find(name.empty() ? "stand" : name);
+  if (pose != robot.poses.end()) return pose->second;
+  if (name.empty() || name == "zero") return {};
+  std::vector<std::string> names;
+  for (const auto& [known, unused] : robot.poses) names.push_back(known);
+  if (!robot.poses.contains("zero")) names.emplace_back("zero");
+  throw InputError(fmt::format("--pose {}: no pose of that name: expected one of {}.{}", name,
+                               join(names), didYouMean(name, names)));
+}
+
+/// Refuses to write over what might be the robot's own file.
+void expectNew(const char* option, const std::string& file) {
+  if (!std::filesystem::exists(file)) return;
+  throw InputError(fmt::format("{} {}: exists already: expected a new file", option, file));
+}
+
+void writeNew(const char* option, const std::string& name, std::string_view text) {
+  expectNew(option, name);
+  PendingFile file(name);
+  file.write(text);
+  file.commit();
+}
+
+/// Drafts a robot.toml and says what came of it.
+void writeDraft(const sim::Robot& bare, const std::string& file) {
+  if (!bare.toml.empty()) {
+    throw InputError(
+        fmt::format("--write {}: {} says already what a draft would: expected an MJCF or URDF",
+                    file, bare.toml.string()));
+  }
+  if (std::filesystem::path(file).extension() != ".toml") {
+    throw InputError(fmt::format("--write {}: expected a name ending in .toml", file));
+  }
+  expectNew("--write", file);  // before the work
+  const control::Draft draft = control::draftRobot(bare);
+  writeNew("--write", file, control::tomlOf(draft, std::filesystem::absolute(file).parent_path()));
+  for (const std::string& doubt : draft.doubts) note("{}: look: {}\n", file, doubt);
+  const control::Standing& held = draft.standing;
+  if (draft.stand_is.empty()) return;
+  if (held.stands) {
+    note("{}: stands: {}, held for {} s within {:.1f} mm\n", file, draft.stand_is, held.time,
+         1000 * held.drift);
+  } else {
+    note("{}: does not stand: {}, held for {:.2f} s: change [gains] or poses.stand\n", file,
+         draft.stand_is, held.time);
+  }
+}
+
+void drawPicture(const std::shared_ptr<const sim::Model>& model, const std::string& pose,
+                 const std::string& file) {
+  static constexpr render::OffscreenOptions kSize = {.width = 640, .height = 640};  // [ours]
+  if (std::filesystem::path(file).extension() != ".png") {
+    throw InputError(fmt::format("--picture {}: expected a name ending in .png", file));
+  }
+  sim::World world(model);
+  world.reset(model->stateOf(poseOf(*model->robot(), pose)));
+  const sim::VectorXd no_torque = sim::VectorXd::Zero(model->nu());
+  render::Offscreen drawing(model, kSize);
+  render::writePng(drawing.draw(sim::frameOf(world.snapshot(), 0, no_torque)), file);
 }
 
 int inspect(const Arguments& a) {
-  const auto robot = std::make_shared<const sim::Robot>(
-      sim::Robot::fromFile(skill::findRobot(a.robot, std::filesystem::current_path())));
+  std::filesystem::path robot_file = skill::findRobot(a.robot, std::filesystem::current_path());
+  if (!a.write.empty()) {
+    writeDraft(sim::Robot::fromFile(robot_file), a.write);
+    robot_file = a.write;  // what is told from here on is what a person would be told of it
+  }
+  const auto robot = std::make_shared<const sim::Robot>(sim::Robot::fromFile(robot_file));
   const auto model = sim::Model::fromScene({.robot = robot});
   sim::World world(model);
   const sim::State zero = model->stateOf({});
   world.reset(zero);
   const double com_height = world.snapshot().com().z();
   int self_contacts = 0;
-  world.reset(rest(*robot, *model));
+  world.reset(model->stateOf(poseOf(*robot, "")));
   for (const sim::Contact& c : world.snapshot().contacts()) {
     self_contacts += !model->isStatic(c.body_a) && !model->isStatic(c.body_b);
   }
@@ -112,14 +180,8 @@ int inspect(const Arguments& a) {
   for (const auto& [name, unused] : robot->poses) j["poses"].push_back(name);
   for (const Need& n : needs(*model)) j["missing"][n.verb] = n.missing;
   j["left_to_skills"] = leftToSkills(*robot, *model);
-  if (!a.mjcf.empty()) {
-    if (std::filesystem::exists(a.mjcf)) {  // it might be the robot's own
-      throw InputError(fmt::format("--mjcf {}: exists already: expected a new file", a.mjcf));
-    }
-    PendingFile file(a.mjcf);
-    file.write(model->mjcf());
-    file.commit();
-  }
+  if (!a.mjcf.empty()) writeNew("--mjcf", a.mjcf, model->mjcf());
+  if (!a.picture.empty()) drawPicture(model, a.pose, a.picture);
   if (a.json) {
     printJson(j);
     return kDone;
@@ -189,11 +251,20 @@ void addInspect(CLI::App& program, int& exit_code) {
   verb->add_option("ROBOT", a->robot, "A robot's name, its robot.toml, or any MJCF or URDF file")
       ->required();
   verb->add_option("--mjcf", a->mjcf, "Also write the composed scene, for other MuJoCo programs");
+  verb->add_option("--write", a->write,
+                   "Draft a robot.toml of an MJCF or URDF: pairs, limits, gains that hold it, "
+                   "limbs, contact points, a standing pose");
+  CLI::Option* picture =
+      verb->add_option("--picture", a->picture, "Draw it: a .png, which is written over");
+  verb->add_option("--pose", a->pose, "In the picture: a pose of its file; default: stand, or zero")
+      ->needs(picture);
   verb->add_flag("--json", a->json, "As one JSON object");
   verb->footer(
       "Examples:\n"
       "  traceur inspect bioloid-gp\n"
-      "  traceur inspect my_robot.urdf");
+      "  traceur inspect my_robot.urdf\n"
+      "  traceur inspect my_robot.urdf --write robot.toml --picture stand.png\n"
+      "  traceur inspect atlas --picture tuck.png --pose tuck");
   verb->callback([a, &exit_code] { exit_code = inspect(*a); });
 }
 

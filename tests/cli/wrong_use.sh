@@ -90,6 +90,16 @@ expect 2 '--view' 'above' 'side' -- render "$dir/b.run" "$dir/b.png" --view abov
 expect 1 '/proc/nowhere' -- plot "$dir/b.run" --what cost --out /proc/nowhere/a.png
 expect 2 'changed.toml' 'exists already' -- inspect bioloid-gp --mjcf "$dir/changed.toml"
 expect 1 '/proc/nowhere/a.xml' -- inspect bioloid-gp --mjcf /proc/nowhere/a.xml
+expect 2 'changed.toml' 'exists already' -- inspect models/atlas/robot.xml --write "$dir/changed.toml"
+expect 2 'says already what a draft would' -- inspect atlas --write "$dir/drafted.toml"
+expect 2 'ending in .toml' -- inspect models/atlas/robot.xml --write "$dir/drafted.xml"
+expect 1 '/proc/nowhere' -- inspect models/atlas/robot.xml --write /proc/nowhere/robot.toml
+expect 2 'ending in .png' -- inspect atlas --picture "$dir/atlas.gif"
+expect 2 'Did you mean "stand"' -- inspect atlas --picture "$dir/atlas.png" --pose stnad
+expect 2 '--picture' -- inspect atlas --pose stand
+expect 0 'stands: knees a little bent' -- inspect models/atlas/robot.xml --write "$dir/drafted.toml" --picture "$dir/drafted.png"
+expect 0 -- inspect "$dir/drafted.toml"
+[ -s "$dir/drafted.png" ] || { echo "inspect --picture: no picture"; failures=$((failures + 1)); }
 
 expect 2 'FIRST:LAST:COUNT' -- learn "$nod" --tasks 0:1 --out "$dir/k.run"
 expect 2 '[0, 1]' -- learn "$nod" --tasks 0:2:3 --out "$dir/k.run"
