@@ -10,7 +10,6 @@
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
 #include "traceur/optim/all.h"
-#include "traceur/optim/family.h"
 
 namespace traceur::cli {
 
@@ -54,13 +53,14 @@ int controlPointsOf(const std::string& curve, int tasks) {
 }
 
 std::string optimisersHelp() {
-  std::string text = "Optimisers:\n";
-  const auto add = [&](const auto& entries) {
-    for (const auto& entry : entries) text += fmt::format("  {:<14}{}\n", entry.name, entry.help);
-  };
-  add(optim::allOptimizers());
-  text += "With --tasks:\n";
-  add(optim::allFamilyOptimizers());
+  std::string text;
+  for (const bool families : {false, true}) {
+    text += families ? "With --tasks:\n" : "Optimisers:\n";
+    for (const optim::OptimizerEntry& entry : optim::allOptimizers()) {
+      if (entry.learns_families != families) continue;
+      text += fmt::format("  {:<14}{}\n", entry.name, entry.help);
+    }
+  }
   return text;
 }
 

@@ -13,7 +13,6 @@
 #include "traceur/core/error.h"
 #include "traceur/core/printable.h"
 #include "traceur/optim/all.h"
-#include "traceur/optim/family.h"
 #include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
 
@@ -149,7 +148,7 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
   o.tasks = tasksText(tasks);
   const int control_points = controlPointsOf(o.curve, static_cast<int>(tasks.size()));
   const skill::SkillProblem problem(skill, tasks);
-  const auto optimiser = optim::findFamilyOptimizer(o.optimiser)
+  const auto optimiser = optim::findOptimizer(o.optimiser, true)
                              .make(problem, {.seed = o.seed,
                                              .control_points = control_points,
                                              .lambda = o.population,
@@ -166,7 +165,7 @@ int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
                                          .stop = stop,
                                          .quiet = a.quiet || a.json});
   run.setMeta({{"stop", words(summary.stop)}});
-  const std::optional<optim::Family> family = optimiser->best();
+  const std::optional<optim::Family> family = optimiser->family();
   if (family) report(a, *skill, summary, tasks, *family, out);
   if (summary.end == optim::End::kInterrupted) {
     note("stopped; the same command with --resume goes on\n");
@@ -201,7 +200,7 @@ int learn(const Arguments& arguments) {
   const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
   const skill::SkillProblem problem(skill, o.task);
   const RunFile::Meta meta = toMeta(o, *skill);
-  const auto optimiser = optim::findOptimizer(o.optimiser)
+  const auto optimiser = optim::findOptimizer(o.optimiser, false)
                              .make(problem, {.seed = o.seed,
                                              .lambda = o.population,
                                              .sigma = o.step_size,

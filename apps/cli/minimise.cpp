@@ -15,7 +15,6 @@
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
 #include "traceur/optim/all.h"
-#include "traceur/optim/family.h"
 
 namespace traceur::cli {
 namespace {
@@ -123,23 +122,16 @@ RunFile::Meta toMeta(const Arguments& a, const ExternalFunction& f) {
 std::unique_ptr<optim::Optimizer> makeOptimiser(const Arguments& a, const ExternalFunction& f,
                                                 const optim::Problem& problem,
                                                 const Eigen::VectorXd& x0) {
-  if (problem.tasks().size() > 0) {
-    return optim::findFamilyOptimizer(a.optimiser)
-        .make(problem,
-              {.seed = a.seed,
-               .control_points = controlPointsOf(a.curve, static_cast<int>(problem.tasks().size())),
-               .lambda = a.population,
-               .sigma = a.step_size,
-               .x0 = x0});
+  const bool families = problem.tasks().size() > 0;
+  optim::CommonOptions options{
+      .seed = a.seed, .lambda = a.population, .sigma = a.step_size, .x0 = x0};
+  if (families) {
+    options.control_points = controlPointsOf(a.curve, static_cast<int>(problem.tasks().size()));
   }
-  return optim::findOptimizer(a.optimiser)
-      .make(problem,
-            {.seed = a.seed,
-             .lambda = a.population,
-             .sigma = a.step_size,
-             .x0 = x0,
-             .experience = experienceOf(a.experience, a.optimiser, toMeta(a, f).at("parameters"),
-                                        problem.constraints())});
+  const optim::OptimizerEntry& entry = optim::findOptimizer(a.optimiser, families);
+  options.experience =
+      experienceOf(a.experience, a.optimiser, toMeta(a, f).at("parameters"), problem.constraints());
+  return entry.make(problem, options);
 }
 
 nlohmann::ordered_json toJson(const ExternalFunction& f, const Eigen::VectorXd& x) {
@@ -154,9 +146,8 @@ void report(const Arguments& a, const ExternalFunction& f, const optim::Summary&
             const optim::Optimizer& optimiser, const std::string& out) {
   const optim::Progress& p = summary.progress;
   nlohmann::ordered_json j;
-  if (const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(&optimiser)) {
-    const std::optional<optim::Family> best = family->best();
-    if (best) {
+  if (f.tasks.size() > 0) {
+    if (const std::optional<optim::Family> best = optimiser.family()) {
       j["best_cost"] = best->cost;
       const Eigen::VectorXd& tasks = f.tasks;
       for (Eigen::Index i = 0; i < tasks.size(); ++i) {
@@ -259,8 +250,8 @@ int minimise(const Arguments& arguments) {
                                          .quiet = a.quiet || a.json});
   breakdowns.tell();
   run.setMeta({{"stop", words(summary.stop)}});
-  const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(optimiser.get());
-  const bool found = family ? family->best().has_value() : summary.progress.best.has_value();
+  const bool family = function.tasks.size() > 0;
+  const bool found = family ? optimiser->family().has_value() : summary.progress.best.has_value();
   if (!found && summary.end == optim::End::kInterrupted) {
     note("stopped; the same command with --resume goes on\n");
     return kInterrupted;

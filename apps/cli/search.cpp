@@ -12,6 +12,7 @@
 #include "apps/cli/progress.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
+#include "traceur/optim/all.h"
 
 namespace traceur::cli {
 namespace {
@@ -114,6 +115,7 @@ RunFile openRun(const std::string& file, const RunFile::Meta& meta, bool resume)
 optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimizer& optimiser,
                       const SearchOptions& o) {
   const std::vector<std::string> constraints = problem.constraints();
+  const bool families = problem.tasks().size() > 0;
   const optim::Progress start = progressOf(run, constraints);
   if (const auto state = run.state()) {
     try {
@@ -145,8 +147,7 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
     // What was found before is no longer the outcome.
     if (!std::exchange(forgot, true)) run.forget({"best"}, outcomeKeys());
     RunFile::Meta progress;
-    const auto* family = dynamic_cast<const optim::FamilyOptimizer*>(&g.optimizer);
-    const std::optional<optim::Family> best = family ? family->best() : std::nullopt;
+    const std::optional<optim::Family> best = g.optimizer.family();
     if (best) progress["family"] = toText(*best);
     if (best && best->cost < family_cost) {
       family_cost = best->cost;
@@ -158,9 +159,9 @@ optim::Summary search(RunFile& run, const optim::Problem& problem, optim::Optimi
                          rowsOf(g.trials, g.progress.generation - 1, constraints),
                          g.optimizer.save(), progress);
     line.update(g.progress.evaluations,
-                best     ? note(*best)
-                : family ? "no curve has been run yet"
-                         : note(g.progress),
+                best       ? note(*best)
+                : families ? "no curve has been run yet"
+                           : note(g.progress),
                 "trials/s");
   };
   try {
@@ -194,9 +195,13 @@ std::vector<optim::Trial> experienceOf(const std::string& file, const std::strin
                                        const std::vector<std::string>& constraints) {
   std::vector<optim::Trial> trials;
   if (file.empty()) return trials;
-  if (optimiser != "cma-c") {
-    throw InputError(fmt::format(
-        "--experience: cma-c alone learns from it: expected --optimiser cma-c, got {}", optimiser));
+  if (!optim::findOptimizer(optimiser).learns_from_experience) {
+    std::vector<std::string> names;
+    for (const optim::OptimizerEntry& entry : optim::allOptimizers()) {
+      if (entry.learns_from_experience) names.push_back(entry.name);
+    }
+    throw InputError(fmt::format("--experience: {} does not learn from it: expected --optimiser {}",
+                                 optimiser, join(names, " or ")));
   }
   const RunFile run = RunFile::open(file, false);
   if (const std::string theirs = required(run, "parameters"); theirs != parameters) {

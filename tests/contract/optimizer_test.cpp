@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <ostream>
 
@@ -11,43 +10,20 @@
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/all.h"
-#include "traceur/optim/family.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/test_functions.h"
 
 namespace traceur::optim {
 
-/// Whatever is registered, single or for families, as something to be tested.
-struct Subject {
-  std::string name;
-  std::function<std::unique_ptr<Optimizer>(const Problem&, const CommonOptions&)> make;
-  bool family = false;
-};
-
 /// How GoogleTest names a subject.
-void PrintTo(const Subject& subject,  // NOLINT(readability-identifier-naming)
+void PrintTo(const OptimizerEntry& entry,  // NOLINT(readability-identifier-naming)
              std::ostream* out) {
-  *out << subject.name;
+  *out << entry.name;
 }
 
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-std::vector<Subject> allSubjects() {
-  std::vector<Subject> all;
-  for (const OptimizerEntry& entry : allOptimizers()) all.push_back({entry.name, entry.make});
-  for (const FamilyOptimizerEntry& entry : allFamilyOptimizers()) {
-    all.push_back({entry.name,
-                   [&entry](const Problem& problem, const CommonOptions& o) {
-                     return entry.make(
-                         problem,
-                         {.seed = o.seed, .lambda = o.lambda, .sigma = o.sigma, .x0 = o.x0});
-                   },
-                   true});
-  }
-  return all;
-}
 
 /// A problem whose trial is scored for three tasks: moved by the task along the first variable.
 class WithTasks : public Problem {
@@ -88,7 +64,7 @@ FunctionProblem boxed(int n, FunctionProblem::Function f) {
   return {VectorXd::Constant(n, -2), VectorXd::Constant(n, 3), std::move(f)};
 }
 
-class OptimizerContract : public testing::TestWithParam<Subject> {
+class OptimizerContract : public testing::TestWithParam<OptimizerEntry> {
  protected:
   std::unique_ptr<Optimizer> make(const Problem& problem, const CommonOptions& options = {}) const {
     return GetParam().make(problem, options);
@@ -96,14 +72,15 @@ class OptimizerContract : public testing::TestWithParam<Subject> {
 
   /// The problem itself, or scored for tasks where the subject learns families.
   const Problem& suited(const Problem& problem) {
-    if (!GetParam().family) return problem;
+    if (!GetParam().learns_families) return problem;
     wrapped_.push_back(std::make_unique<WithTasks>(problem));
     return *wrapped_.back();
   }
 
   /// A trial of that cost, for every task if there are tasks.
   Evaluation costing(double cost) const {
-    return {.cost = cost, .task_costs = std::vector<double>(GetParam().family ? 3 : 0, cost)};
+    return {.cost = cost,
+            .task_costs = std::vector<double>(GetParam().learns_families ? 3 : 0, cost)};
   }
 
   /// One generation, told in the order of ids.
@@ -115,7 +92,7 @@ class OptimizerContract : public testing::TestWithParam<Subject> {
   std::vector<std::unique_ptr<Problem>> wrapped_;
 };
 
-INSTANTIATE_TEST_SUITE_P(All, OptimizerContract, testing::ValuesIn(allSubjects()),
+INSTANTIATE_TEST_SUITE_P(All, OptimizerContract, testing::ValuesIn(allOptimizers()),
                          [](const auto& entry) {
                            std::string name = entry.param.name;
                            std::replace(name.begin(), name.end(), '-', '_');
@@ -131,7 +108,7 @@ TEST_P(OptimizerContract, SolvesTheSphereAndRosenbrock) {
     int solved = 0;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       const auto a = make(easy, {.seed = seed, .x0 = VectorXd::Constant(5, 1.7)});
-      const int share = GetParam().family ? 6 : 1;  // a curve has more to find
+      const int share = GetParam().learns_families ? 6 : 1;  // a curve has more to find
       EXPECT_EQ(minimise(easy, *a, {.budget = 5000 * share, .target = 1e-8}).end, End::kTarget);
       const auto b = make(hard, {.seed = seed, .x0 = VectorXd::Constant(5, 0.3)});
       solved += minimise(hard, *b, {.budget = 30000 * share, .target = 1e-8}).end == End::kTarget;
@@ -385,7 +362,7 @@ TEST_P(OptimizerContract, MinusInfinityIsNoCost) {
 }
 
 TEST_P(OptimizerContract, MinusInfinityOfOneTaskLeavesTheOthers) {
-  if (!GetParam().family) GTEST_SKIP() << "single trials";
+  if (!GetParam().learns_families) GTEST_SKIP() << "single trials";
   class OneTask : public WithTasks {
    public:
     using WithTasks::WithTasks;
@@ -401,7 +378,7 @@ TEST_P(OptimizerContract, MinusInfinityOfOneTaskLeavesTheOthers) {
   const Summary s = minimise(problem, *optimizer, {.budget = 6000, .target = 1e-3});
   EXPECT_EQ(s.end, End::kTarget);
   EXPECT_EQ(s.progress.failed, 0) << "it says something of two tasks";
-  const auto best = dynamic_cast<const FamilyOptimizer&>(*optimizer).best();
+  const auto best = optimizer->family();
   ASSERT_TRUE(best);
   for (const double cost : best->task_costs) EXPECT_TRUE(std::isfinite(cost));
 }
@@ -494,7 +471,8 @@ TEST_P(OptimizerContract, BoxesMayBeAsWideAsNumbersAre) {
       }
     };
     const Linear family(plain.lower(), plain.upper(), nullptr);
-    const Problem& problem = GetParam().family ? static_cast<const Problem&>(family) : plain;
+    const Problem& problem =
+        GetParam().learns_families ? static_cast<const Problem&>(family) : plain;
     const auto optimizer = make(problem);
     const Summary s = minimise(problem, *optimizer, {.budget = 2500});
     EXPECT_FALSE(std::isnan(s.stop.value));
@@ -520,16 +498,16 @@ TEST_P(OptimizerContract, CostsMayBeAsLargeAsNumbersAre) {
 }
 
 TEST_P(OptimizerContract, AFamilyReachesATargetWithACurveNotWithATrial) {
-  if (!GetParam().family) GTEST_SKIP() << "single trials";
+  if (!GetParam().learns_families) GTEST_SKIP() << "single trials";
   const FunctionProblem plain = boxed(3, sphere);
   const Problem& problem = suited(plain);
   const auto optimizer = make(problem);
   EXPECT_EQ(minimise(problem, *optimizer, {.budget = 5000, .target = 1e6}).end, End::kTarget);
-  EXPECT_TRUE(dynamic_cast<const FamilyOptimizer&>(*optimizer).best());
+  EXPECT_TRUE(optimizer->family());
 }
 
 TEST_P(OptimizerContract, FindsTheFeasiblePart) {
-  if (GetParam().family) GTEST_SKIP() << "families rank by cost alone";
+  if (GetParam().learns_families) GTEST_SKIP() << "families rank by cost alone";
   // Feasible is a quarter of the box; the cost alone leads away from it.
   class Corner : public FunctionProblem {
    public:
@@ -562,7 +540,7 @@ TEST_P(OptimizerContract, RefusesWhatCannotBeUsed) {
   EXPECT_THROW(make(suited(reversed)), InputError);
   const FunctionProblem unknown(VectorXd::Constant(3, NAN), VectorXd::Ones(3), sphere);
   EXPECT_THROW(make(suited(unknown)), InputError);
-  if (GetParam().family) {
+  if (GetParam().learns_families) {
     EXPECT_THROW(make(plain), InputError) << "no tasks";
   }
 }

@@ -8,7 +8,6 @@
 #include "tests/contract/crafted_state.h"
 #include "traceur/core/error.h"
 #include "traceur/optim/all.h"
-#include "traceur/optim/family.h"
 
 namespace {
 
@@ -44,11 +43,9 @@ struct Subject {
 Subject make(std::uint8_t which) {
   static const Mixed kSingle(0);
   static const Mixed kFamily(3);
-  const auto& single = allOptimizers();
-  const auto& family = allFamilyOptimizers();
-  const size_t i = which % (single.size() + family.size());
-  if (i < single.size()) return {&kSingle, single[i].make(kSingle, {.lambda = 6})};
-  return {&kFamily, family[i - single.size()].make(kFamily, {.lambda = 6})};
+  const OptimizerEntry& entry = allOptimizers()[which % allOptimizers().size()];
+  const Mixed& problem = entry.learns_families ? kFamily : kSingle;
+  return {&problem, entry.make(problem, {.lambda = 6})};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,32 +15,22 @@
 
 namespace traceur::optim {
 
-/// What every optimiser understands.
-struct CommonOptions {
-  std::uint64_t seed = 1;
-  int lambda = 0;  ///< trials per generation; 0: the optimiser's default. one-plus-one has 1
-  /// The first standard deviation of variable i as a fraction of its box, upper - lower; of 1 where
-  /// the box is not finite.
-  double sigma = 0.3;
-  VectorXd x0 = {};  ///< (n) where to begin; empty: the middle of the box. Without two bounds: 1
-                     ///< inside the bound there is, or 0.
-  bool feasible_first = true;  ///< rank feasible trials before infeasible ones, else all by cost
-  /// Trials run earlier with the same variables and constraints, for optimisers that learn from
-  /// failures (cma-c); others ignore them. New constraints of the problem come after the old ones.
-  std::vector<Trial> experience = {};
-};
-
 struct OptimizerEntry {
   std::string name;  ///< the word a person types: "cma-es"
   std::string help;  ///< one sentence
-  /// @throws InputError for options that do not suit the problem
+  /// @throws InputError for options that do not suit the problem, and for one without tasks where
+  ///         families are learned
   std::function<std::unique_ptr<Optimizer>(const Problem&, const CommonOptions&)> make;
+  /// Seeks a curve over Problem::tasks(), Optimizer::family(); the others one point.
+  bool learns_families = false;
+  bool learns_from_experience = false;  ///< CommonOptions::experience
 };
 
 const std::vector<OptimizerEntry>& allOptimizers();
 
+/// @param families  whether it is to learn families; not given: any
 /// @throws InputError with the names there are for one there is not
-const OptimizerEntry& findOptimizer(std::string_view name);
+const OptimizerEntry& findOptimizer(std::string_view name, std::optional<bool> families = {});
 
 /// The common options as those of CMA-ES, every variable scaled by its box: for a caller who wants
 /// to change a detail.

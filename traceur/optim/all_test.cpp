@@ -118,21 +118,51 @@ void expectResumes(const Make& make, const Problem& problem) {
 }
 
 TEST(AllOptimizers, GoOnFromWhatTheyWroteDown) {
-  const Rough problem(false);
   for (const OptimizerEntry& entry : allOptimizers()) {
     SCOPED_TRACE(entry.name);
+    const Rough problem(entry.learns_families);
     expectResumes([&] { return entry.make(problem, {.seed = 3}); }, problem);
     expectResumesInBetween([&] { return entry.make(problem, {.seed = 3}); }, problem);
   }
 }
 
-TEST(AllFamilyOptimizers, GoOnFromWhatTheyWroteDown) {
-  const Rough problem(true);
-  for (const FamilyOptimizerEntry& entry : allFamilyOptimizers()) {
+/// What is said of a name that there is not.
+std::string refusalOf(const char* name, std::optional<bool> families) {
+  try {
+    findOptimizer(name, families);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(AllOptimizers, AreFoundByWhatTheyLearn) {
+  for (const OptimizerEntry& entry : allOptimizers()) {
     SCOPED_TRACE(entry.name);
-    EXPECT_EQ(&findFamilyOptimizer(entry.name), &entry);
-    expectResumes([&] { return entry.make(problem, {.seed = 3}); }, problem);
-    expectResumesInBetween([&] { return entry.make(problem, {.seed = 3}); }, problem);
+    EXPECT_EQ(&findOptimizer(entry.name, entry.learns_families), &entry);
+    const std::string said = refusalOf(entry.name.c_str(), !entry.learns_families);
+    const std::string list = said.substr(said.find("There is: ") + 10) + ", ";
+    const std::string other = entry.learns_families ? "bipop-cma-es, " : "contextual, ";
+    EXPECT_NE(list.find(other), std::string::npos) << said;
+    EXPECT_NE(list.find(entry.name + ", "), 0u) << said;
+    EXPECT_EQ(list.find(", " + entry.name + ", "), std::string::npos) << said;
+  }
+  EXPECT_EQ(
+      refusalOf("curv", true).find("no optimiser of families \"curv\". Did you mean \"curve\"?"),
+      0u);
+}
+
+TEST(AllOptimizers, HaveAFamilyIfTheyLearnOne) {
+  for (const OptimizerEntry& entry : allOptimizers()) {
+    SCOPED_TRACE(entry.name);
+    const Rough problem(entry.learns_families);
+    const auto optimizer = entry.make(problem, {.seed = 3});
+    EXPECT_FALSE(optimizer->family());
+    EXPECT_EQ(optimizer->achieved().has_value(), entry.learns_families);
+    for (int g = 0; g < 100; ++g) runGeneration(*optimizer, problem);
+    ASSERT_EQ(optimizer->family().has_value(), entry.learns_families);
+    if (!entry.learns_families) continue;
+    EXPECT_EQ(optimizer->achieved(), optimizer->family()->cost);
   }
 }
 
@@ -175,19 +205,6 @@ TEST(CmaEsOptionsOf, SurvivesABoxWiderThanTheLargestNumber) {
   EXPECT_EQ(o.scale, VectorXd::Ones(2));
   EXPECT_EQ(o.x0, VectorXd::Constant(2, 0.25e308));
   EXPECT_NO_THROW(CmaEs{o});
-}
-
-TEST(AllFamilyOptimizers, AWrongNameGetsASuggestion) {
-  try {
-    findFamilyOptimizer("curv");
-    FAIL();
-  } catch (const InputError& e) {
-    const std::string said = e.what();
-    EXPECT_EQ(said.find("no optimiser of families \"curv\". Did you mean \"curve\"?"), 0);
-    for (const FamilyOptimizerEntry& entry : allFamilyOptimizers()) {
-      EXPECT_NE(said.find(entry.name), std::string::npos) << entry.name;
-    }
-  }
 }
 
 TEST(CostsOfTasks, AreNaNWhereATrialSaysNothing) {

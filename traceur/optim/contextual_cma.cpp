@@ -634,8 +634,7 @@ void ContextualCma::restore(std::string_view text) {
   drawn_ = false;
 }
 
-std::unique_ptr<FamilyOptimizer> makeContextualCma(const Problem& problem,
-                                                   const FamilyOptions& options) {
+std::unique_ptr<Optimizer> makeContextualCma(const Problem& problem, const CommonOptions& options) {
   Start start = startOf(problem, options.x0);
   return std::make_unique<ContextualCma>(
       ContextualCmaOptions{.tasks = problem.tasks(),

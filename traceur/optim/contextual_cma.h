@@ -2,6 +2,8 @@
 // teaches it about all of them.
 #pragma once
 
+#include <memory>
+
 #include "traceur/core/random.h"
 #include "traceur/optim/bound_fold.h"
 #include "traceur/optim/family.h"
@@ -21,7 +23,7 @@ struct ContextualCmaOptions {
   int control_points = 2;  ///< K ≥ 1 of the mean's Bézier curve; K ≤ M
   int lambda = 0;          ///< λ ≥ 4, samples per generation of the first run; 0: the default
   std::uint64_t seed = 1;  ///< equal seeds give equal runs
-  /// Trials that run the points of the mean curve, which is all that best() reports, for each
+  /// Trials that run the points of the mean curve, which is all that family() reports, for each
   /// sample; one curve a generation at most [ours: a fifth; where costs are rough even neighbouring
   /// curves differ, and a good one has to be met: of a tenth and a fifth the latter is sooner at
   /// the end, later on a smooth cost by as much as it takes].
@@ -120,7 +122,7 @@ class ContextualCma : public FamilyOptimizer {
   std::vector<Candidate> ask() override;
   void tell(std::uint64_t id, const Evaluation& evaluation) override;
   std::optional<Stop> stopped() const override { return state_.stop; }
-  std::optional<Family> best() const override { return best_; }
+  std::optional<Family> family() const override { return best_; }
   std::string save() const override;
   void restore(std::string_view state) override;
 
@@ -165,7 +167,6 @@ class ContextualCma : public FamilyOptimizer {
 };
 
 /// The registry's maker.
-std::unique_ptr<FamilyOptimizer> makeContextualCma(const Problem& problem,
-                                                   const FamilyOptions& options);
+std::unique_ptr<Optimizer> makeContextualCma(const Problem& problem, const CommonOptions& options);
 
 }  // namespace traceur::optim

@@ -46,7 +46,7 @@ class Moving : public Problem {
   bool bent_;
 };
 
-std::unique_ptr<FamilyOptimizer> made(const Problem& p, const FamilyOptions& o = {}) {
+std::unique_ptr<Optimizer> made(const Problem& p, const CommonOptions& o = {}) {
   return makeContextualCma(p, o);
 }
 
@@ -287,7 +287,7 @@ TEST(ContextualCma, FindsAMovingOptimumBetweenTheTasksToo) {
   const Summary s = minimise(problem, *optimizer, {.budget = 4000, .target = 1e-8});
   ASSERT_EQ(s.end, End::kTarget);
   for (double w = 0; w <= 1; w += 0.05) {
-    EXPECT_LT((optimizer->best()->curve.at(w) - problem.optimum(w)).norm(), 1e-3) << w;
+    EXPECT_LT((optimizer->family()->curve.at(w) - problem.optimum(w)).norm(), 1e-3) << w;
   }
 }
 
@@ -297,16 +297,16 @@ TEST(ContextualCma, ACubicFollowsWhatALineCannot) {
   const auto cubic = made(problem, {.control_points = 4});
   minimise(problem, *line, {.budget = 4000});
   minimise(problem, *cubic, {.budget = 4000});
-  EXPECT_GT(line->best()->cost, 1e-4);
-  EXPECT_LT(cubic->best()->cost, 1e-6);
+  EXPECT_GT(line->family()->cost, 1e-4);
+  EXPECT_LT(cubic->family()->cost, 1e-6);
 }
 
 TEST(ContextualCma, ReportsOnlyMeasuredCosts) {
   const Moving problem(3, 6, false);
   const auto optimizer = made(problem);
-  EXPECT_FALSE(optimizer->best());
+  EXPECT_FALSE(optimizer->family());
   minimise(problem, *optimizer, {.budget = 400});
-  const Family best = *optimizer->best();
+  const Family best = *optimizer->family();
   double mean = 0;
   for (int i = 0; i < 6; ++i) {
     const Evaluation e = problem.evaluate(best.curve.at(i / 5.0));
@@ -346,7 +346,7 @@ TEST(ContextualCma, StaysInsideTheBoxWhenTheOptimumLeavesIt) {
   const auto optimizer = made(problem);
   minimise(problem, *optimizer, {.budget = 2000});
   for (const double w : {0.0, 0.5, 1.0}) {
-    EXPECT_NEAR(optimizer->best()->curve.at(w)[1], 1, 1e-3);
+    EXPECT_NEAR(optimizer->family()->curve.at(w)[1], 1, 1e-3);
   }
 }
 
@@ -514,7 +514,7 @@ void untilRestart(const Problem& problem, ContextualCma* optimizer) {
     }
   }
   ASSERT_EQ(optimizer->state().restarts, 1);
-  ASSERT_TRUE(optimizer->best());
+  ASSERT_TRUE(optimizer->family());
   EXPECT_EQ(resumed.save(), optimizer->save());
 }
 
@@ -542,7 +542,7 @@ TEST(ContextualCma, BeginsAnewAboutItsBestCurveOnlyWhereCostsAreRough) {
                                .lower = problem.lower(),
                                .upper = problem.upper()});
       untilRestart(problem, &optimizer);
-      const double distance = (2 * optimizer.state().A - optimizer.best()->curve.points).norm();
+      const double distance = (2 * optimizer.state().A - optimizer.family()->curve.points).norm();
       if (roughness > 0) {
         EXPECT_LT(distance, 1e-12) << height;
         EXPECT_DOUBLE_EQ(optimizer.state().sigma, 0.2 * optimizer.options().sigma) << height;
@@ -594,7 +594,7 @@ TEST(ContextualCma, ARestartAmongFailuresDoesNotEndASearchThatFoundSomething) {
                            .lower = problem.lower(),
                            .upper = problem.upper()});
   const Summary s = minimise(problem, optimizer, {.budget = 8000});
-  EXPECT_TRUE(optimizer.best());
+  EXPECT_TRUE(optimizer.family());
   EXPECT_EQ(s.end, End::kBudget);
   EXPECT_GE(optimizer.state().restarts, 2);
 }
@@ -771,8 +771,8 @@ TEST(ContextualCma, SolvesTheSameProblemInAnyUnits) {
     ASSERT_EQ(plain.state().A, scaled.state().A) << g;
     ASSERT_EQ(plain.state().C, scaled.state().C) << g;
     ASSERT_EQ(plain.state().sigma, scaled.state().sigma) << g;
-    if (!plain.best()) continue;
-    EXPECT_EQ(plain.best()->curve.at(0.4).cwiseProduct(scale), scaled.best()->curve.at(0.4));
+    if (!plain.family()) continue;
+    EXPECT_EQ(plain.family()->curve.at(0.4).cwiseProduct(scale), scaled.family()->curve.at(0.4));
   }
   EXPECT_EQ(plain.state().restarts, 3);
 }
@@ -894,9 +894,9 @@ TEST(ContextualCma, RunsItsCurveForItsShareOfTheTrials) {
     }
     EXPECT_EQ(cma.state().costs.back(), mean);
     if (mean < least) least = mean, spread = curves - 1;
-    ASSERT_TRUE(cma.best());
-    EXPECT_EQ(cma.best()->cost, least);
-    EXPECT_EQ(cma.best()->task_costs, (std::vector<double>{least - spread, least + spread}));
+    ASSERT_TRUE(cma.family());
+    EXPECT_EQ(cma.family()->cost, least);
+    EXPECT_EQ(cma.family()->task_costs, (std::vector<double>{least - spread, least + spread}));
   }
   EXPECT_EQ(cma.state().curves, static_cast<std::uint64_t>(curves));
   EXPECT_EQ(cma.state().samples, static_cast<std::uint64_t>(samples));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "traceur/optim/bound_fold.h"
 
@@ -22,6 +23,13 @@ struct Curve {
 
   /// (n), folded into the bounds. w outside [0, 1] is taken to the nearer end.
   Eigen::VectorXd at(double w) const;
+};
+
+/// A curve and what running its points at a problem's tasks cost.
+struct Family {
+  Curve curve;                     ///< of x inside the bounds at every task
+  double cost = 0;                 ///< mean over the tasks of f(x(w_i); w_i)
+  std::vector<double> task_costs;  ///< (M)
 };
 
 /// (K) the weights of a Bézier curve's control points at w: x(w) = points · bernstein(K, w).

@@ -329,7 +329,7 @@ void CurveCma::findStop() {
   if (!(widest <= options_.tolxup)) s.stop = Stop{"tolxup", widest, options_.tolxup};
 }
 
-std::optional<Family> CurveCma::best() const {
+std::optional<Family> CurveCma::family() const {
   if (!isCost(state_.cost)) return std::nullopt;
   Family family;
   family.curve.points = state_.points;
@@ -440,8 +440,7 @@ void CurveCma::restore(std::string_view text) {
   drawn_ = false;
 }
 
-std::unique_ptr<FamilyOptimizer> makeCurveCma(const Problem& problem,
-                                              const FamilyOptions& options) {
+std::unique_ptr<Optimizer> makeCurveCma(const Problem& problem, const CommonOptions& options) {
   Start start = startOf(problem, options.x0);
   CurveCmaOptions o;
   o.x0 = std::move(start.x0);

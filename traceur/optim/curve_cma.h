@@ -134,7 +134,7 @@ class CurveCma : public FamilyOptimizer {
   void tell(std::uint64_t id, const Evaluation& evaluation) override;
   std::optional<Stop> stopped() const override { return state_.stop; }
   /// The mean curve: of those accepted the last is the best.
-  std::optional<Family> best() const override;
+  std::optional<Family> family() const override;
   std::string save() const override;
   void restore(std::string_view state) override;
 
@@ -179,7 +179,7 @@ class CurveCma : public FamilyOptimizer {
   MatrixXd X_;  // (n x count)
 };
 
-/// As registered: "curve". FamilyOptions::lambda of 0 means 16.
-std::unique_ptr<FamilyOptimizer> makeCurveCma(const Problem& problem, const FamilyOptions& options);
+/// As registered: "curve". CommonOptions::lambda of 0 means 16.
+std::unique_ptr<Optimizer> makeCurveCma(const Problem& problem, const CommonOptions& options);
 
 }  // namespace traceur::optim

@@ -55,7 +55,7 @@ TEST(CurveCma, FindsALine) {
     CurveCma curve(o);
     const Summary summary = minimise(problem, curve, {.budget = 20000, .target = 1e-5});
     ASSERT_EQ(summary.end, End::kTarget) << table;
-    const auto family = curve.best();
+    const auto family = curve.family();
     ASSERT_TRUE(family);
     EXPECT_NEAR(family->curve.at(0)[0], -0.3, 0.02);
     EXPECT_NEAR(family->curve.at(1)[0], 0.4, 0.02);
@@ -75,37 +75,37 @@ TEST(CurveCma, BendsWithFourControlPoints) {
                                  const double w = (t - 10) / 5;
                                  return VectorXd{{w, 4 * w * (1 - w)}};
                                });
-  FamilyOptions options;
+  CommonOptions options;
   options.control_points = 4;
   const auto cubic = makeCurveCma(problem, options);
   minimise(problem, *cubic, {.budget = 20000, .target = 1e-4});
-  EXPECT_LE(cubic->best()->cost, 1e-4);
+  EXPECT_LE(cubic->family()->cost, 1e-4);
   options.control_points = 2;
   const auto straight = makeCurveCma(problem, options);
   minimise(problem, *straight, {.budget = 20000, .target = 1e-4});
-  EXPECT_GT(straight->best()->cost, 0.01);
+  EXPECT_GT(straight->family()->cost, 0.01);
 }
 
 TEST(CurveCma, RunsTheCurveThenSamplesThenTheNextCurve) {
   const SegmentProblem problem = line(2);
   CurveCma curve(optionsFor(problem));
-  EXPECT_FALSE(curve.best());
+  EXPECT_FALSE(curve.family());
   ASSERT_EQ(curve.ask().size(), 6u);
   for (const Candidate& c : curve.ask()) EXPECT_EQ(c.x, VectorXd::Zero(2));
   tellAll(curve, problem);
-  EXPECT_NEAR(curve.best()->cost, 0.04 + (0.09 + 0.0256 + 0.0004 + 0.0144 + 0.0676 + 0.16) / 6,
+  EXPECT_NEAR(curve.family()->cost, 0.04 + (0.09 + 0.0256 + 0.0004 + 0.0144 + 0.0676 + 0.16) / 6,
               1e-12);
   ASSERT_EQ(curve.ask().size(), 16u);
   EXPECT_EQ(curve.ask()[0].id, 6u);
   tellAll(curve, problem);
   ASSERT_EQ(curve.ask().size(), 6u);
   const double sigma = curve.state().sigma;
-  const double before = curve.best()->cost;
+  const double before = curve.family()->cost;
   double cost = 0;
   for (int i = 0; i < 6; ++i) cost += problem.evaluate(curve.ask()[i].x).task_costs[i] / 6;
   tellAll(curve, problem);
   const bool accepted = cost < before;
-  EXPECT_DOUBLE_EQ(curve.best()->cost, accepted ? cost : before);
+  EXPECT_DOUBLE_EQ(curve.family()->cost, accepted ? cost : before);
   EXPECT_DOUBLE_EQ(curve.state().sigma, sigma * std::exp(accepted ? 1.0 / 3 : -1.0 / 12));
 }
 
@@ -284,7 +284,7 @@ TEST(CurveCma, StaysInTheBoxAlsoWhereTheAnswerDoesNot) {
   CurveCma curve(optionsFor(problem));
   const Summary summary = minimise(problem, curve, {.budget = 6000});  // throws outside
   EXPECT_GT(summary.progress.evaluations, 1000);
-  const auto family = curve.best();
+  const auto family = curve.family();
   EXPECT_NEAR(family->curve.at(0)[0], -0.2, 0.02);
   EXPECT_LE(family->curve.points.maxCoeff(), 0.3);
   EXPECT_GE(family->curve.points.minCoeff(), -0.2);
@@ -305,7 +305,7 @@ TEST(CurveCma, ACubicKeepsItsShapeWhereABoundCutsIt) {
     CurveCma curve(o);
     minimise(problem, curve, {.budget = 5000});
     // With control points moved into the box, .0066 in the median.
-    EXPECT_LT(curve.best()->cost, 0.0055) << seed;
+    EXPECT_LT(curve.family()->cost, 0.0055) << seed;
   }
 }
 
@@ -324,7 +324,7 @@ TEST(CurveCma, WeighsTheFitInTheUnitOfTheBox) {
     tellAll(b, problem);
     ASSERT_EQ(a.state().points, b.state().points) << g;
   }
-  EXPECT_LT(a.best()->cost, 0.1);
+  EXPECT_LT(a.family()->cost, 0.1);
 }
 
 TEST(CurveCma, OrderAndInterruptionsDoNotMatter) {
@@ -361,11 +361,11 @@ TEST(CurveCma, SurvivesFailuresAndReportsTheirEnd) {
   }
   ASSERT_TRUE(curve.stopped());
   EXPECT_EQ(curve.stopped()->reason, "tolallfailed");
-  EXPECT_FALSE(curve.best());
+  EXPECT_FALSE(curve.family());
 
   // A first curve that fails, and one task of which half the trials say nothing.
   CurveCma half(optionsFor(problem));
-  for (int g = 0; g < 400 && !(half.best() && half.best()->cost < 1e-2); ++g) {
+  for (int g = 0; g < 400 && !(half.family() && half.family()->cost < 1e-2); ++g) {
     for (const Candidate& c : half.ask()) {
       Evaluation e = problem.evaluate(c.x);
       if (g == 0) e.failed = true;
@@ -373,8 +373,8 @@ TEST(CurveCma, SurvivesFailuresAndReportsTheirEnd) {
       half.tell(c.id, e);
     }
   }
-  ASSERT_TRUE(half.best());
-  EXPECT_LT(half.best()->cost, 1e-2);
+  ASSERT_TRUE(half.family());
+  EXPECT_LT(half.family()->cost, 1e-2);
 }
 
 TEST(CurveCma, StopsOnAPlateau) {
@@ -396,11 +396,11 @@ TEST(CurveCma, WorksWithFewerTasksThanControlPoints) {
                                  VectorXd::LinSpaced(M, 3, 5), [](double t) {
                                    return VectorXd{{t / 10, -t / 10}};
                                  });
-    FamilyOptions options;
+    CommonOptions options;
     options.control_points = 4;
     const auto curve = makeCurveCma(problem, options);
     minimise(problem, *curve, {.budget = 5000, .target = 1e-4});
-    EXPECT_LE(curve->best()->cost, 1e-4) << M;
+    EXPECT_LE(curve->family()->cost, 1e-4) << M;
   }
 }
 
@@ -688,9 +688,9 @@ TEST(CurveCma, EndsWhereItsLimitsAre) {
   generation(false);
   EXPECT_EQ(curve.state().all_failed, 0);
   EXPECT_TRUE(curve.state().measuring);
-  EXPECT_FALSE(curve.best());
+  EXPECT_FALSE(curve.family());
   generation(false);
-  ASSERT_TRUE(curve.best());
+  ASSERT_TRUE(curve.family());
   for (int k = 1; k <= 3; ++k) {
     EXPECT_FALSE(curve.stopped());
     while (curve.state().measuring) generation(false);
@@ -773,7 +773,7 @@ TEST(CurveCma, OptionsEndWhereTheySay) {
   EXPECT_TRUE(table.best_group_first && table.pool_first_curve);
 
   // As registered.
-  const auto registered = [&](const FamilyOptions& options) {
+  const auto registered = [&](const CommonOptions& options) {
     const auto optimizer = makeCurveCma(problem, options);
     return dynamic_cast<const CurveCma&>(*optimizer).options();
   };

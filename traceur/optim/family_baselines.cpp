@@ -438,7 +438,7 @@ void IndividualCma::restore(std::string_view text) {
 
 namespace {
 
-CmaEsOptions cmaOptionsOf(const Problem& problem, const FamilyOptions& options) {
+CmaEsOptions cmaOptionsOf(const Problem& problem, const CommonOptions& options) {
   Start start = startOf(problem, options.x0);
   CmaEsOptions o;
   o.x0 = std::move(start.x0);
@@ -451,7 +451,7 @@ CmaEsOptions cmaOptionsOf(const Problem& problem, const FamilyOptions& options) 
   return o;
 }
 
-void requireLines(const FamilyOptions& options) {
+void requireLines(const CommonOptions& options) {
   if (options.control_points == 2) return;
   throw InputError(
       fmt::format("individual and neighbours join the tasks by straight lines: a curve of {} "
@@ -461,13 +461,12 @@ void requireLines(const FamilyOptions& options) {
 
 }  // namespace
 
-std::unique_ptr<FamilyOptimizer> makePhiCma(const Problem& problem, const FamilyOptions& options) {
+std::unique_ptr<Optimizer> makePhiCma(const Problem& problem, const CommonOptions& options) {
   return std::make_unique<PhiCma>(problem.tasks(), options.control_points,
                                   cmaOptionsOf(problem, options));
 }
 
-std::unique_ptr<FamilyOptimizer> makeIndividualCma(const Problem& problem,
-                                                   const FamilyOptions& options) {
+std::unique_ptr<Optimizer> makeIndividualCma(const Problem& problem, const CommonOptions& options) {
   requireLines(options);
   IndividualCmaOptions o;
   o.tasks = problem.tasks();
@@ -475,8 +474,7 @@ std::unique_ptr<FamilyOptimizer> makeIndividualCma(const Problem& problem,
   return std::make_unique<IndividualCma>(std::move(o));
 }
 
-std::unique_ptr<FamilyOptimizer> makeNeighbourCma(const Problem& problem,
-                                                  const FamilyOptions& options) {
+std::unique_ptr<Optimizer> makeNeighbourCma(const Problem& problem, const CommonOptions& options) {
   requireLines(options);
   IndividualCmaOptions o;
   o.tasks = problem.tasks();

@@ -34,7 +34,7 @@ class PhiCma : public FamilyOptimizer {
   std::vector<Candidate> ask() override;
   void tell(std::uint64_t id, const Evaluation& evaluation) override;
   std::optional<Stop> stopped() const override { return cma_.stopped(); }
-  std::optional<Family> best() const override { return best_; }
+  std::optional<Family> family() const override { return best_; }
   std::string save() const override;
   void restore(std::string_view state) override;
 
@@ -70,7 +70,7 @@ struct IndividualCmaOptions {
 /// looked at. A task's search ends for CmaEs's own reasons or at the target; the last one to end
 /// gives stopped(), and nothing is left to try.
 ///
-/// best() is the polyline through the best point of every task, all of them run; it speaks once
+/// family() is the polyline through the best point of every task, all of them run; it speaks once
 /// every task has a meaningful cost. The polyline's knots are evenly spaced
 /// (Curve), so the tasks must lie on an even grid.
 ///
@@ -84,7 +84,7 @@ class IndividualCma : public FamilyOptimizer {
   std::vector<Candidate> ask() override;
   void tell(std::uint64_t id, const Evaluation& evaluation) override;
   std::optional<Stop> stopped() const override { return stop_; }
-  std::optional<Family> best() const override { return best_; }
+  std::optional<Family> family() const override { return best_; }
   std::string save() const override;
   void restore(std::string_view state) override;
 
@@ -127,11 +127,9 @@ class IndividualCma : public FamilyOptimizer {
 };
 
 /// As registered: "cma", "individual", "neighbours".
-/// FamilyOptions::lambda of 0 means 16 [Ha2015, §7.4].
-std::unique_ptr<FamilyOptimizer> makePhiCma(const Problem& problem, const FamilyOptions& options);
-std::unique_ptr<FamilyOptimizer> makeIndividualCma(const Problem& problem,
-                                                   const FamilyOptions& options);
-std::unique_ptr<FamilyOptimizer> makeNeighbourCma(const Problem& problem,
-                                                  const FamilyOptions& options);
+/// CommonOptions::lambda of 0 means 16 [Ha2015, §7.4].
+std::unique_ptr<Optimizer> makePhiCma(const Problem& problem, const CommonOptions& options);
+std::unique_ptr<Optimizer> makeIndividualCma(const Problem& problem, const CommonOptions& options);
+std::unique_ptr<Optimizer> makeNeighbourCma(const Problem& problem, const CommonOptions& options);
 
 }  // namespace traceur::optim

@@ -45,17 +45,17 @@ IndividualCmaOptions individualFor(const Problem& problem) {
 }
 
 /// Each baseline in each of its ways.
-std::vector<std::function<std::unique_ptr<FamilyOptimizer>(const Problem&, std::uint64_t seed)>>
+std::vector<std::function<std::unique_ptr<Optimizer>(const Problem&, std::uint64_t seed)>>
 everyWay() {
   const auto individual = [](int turn) {
-    return [=](const Problem& problem, std::uint64_t seed) -> std::unique_ptr<FamilyOptimizer> {
+    return [=](const Problem& problem, std::uint64_t seed) -> std::unique_ptr<Optimizer> {
       IndividualCmaOptions o = individualFor(problem);
       o.cma.seed = seed;
       o.turn = turn;
       return std::make_unique<IndividualCma>(o);
     };
   };
-  return {[](const Problem& problem, std::uint64_t seed) -> std::unique_ptr<FamilyOptimizer> {
+  return {[](const Problem& problem, std::uint64_t seed) -> std::unique_ptr<Optimizer> {
             CmaEsOptions o = cmaFor(problem);
             o.seed = seed;
             return std::make_unique<PhiCma>(problem.tasks(), 4, o);
@@ -81,8 +81,8 @@ TEST(FamilyBaselines, FindABow) {
     const auto optimizer = everyWay()[way](problem, 1);
     const Summary summary = minimise(problem, *optimizer, {.budget = 30000, .target = 1e-4});
     EXPECT_EQ(summary.end, End::kTarget) << way;
-    ASSERT_TRUE(optimizer->best());
-    expectMeasured(problem, *optimizer->best());
+    ASSERT_TRUE(optimizer->family());
+    expectMeasured(problem, *optimizer->family());
   }
 }
 
@@ -123,9 +123,9 @@ TEST(FamilyBaselines, StayInTheBox) {
   for (const auto& make : everyWay()) {
     const auto optimizer = make(problem, 1);
     minimise(problem, *optimizer, {.budget = 4000});  // throws outside
-    ASSERT_TRUE(optimizer->best());
-    expectMeasured(problem, *optimizer->best());
-    EXPECT_NEAR(optimizer->best()->curve.at(1)[0], 0.45, 0.05);
+    ASSERT_TRUE(optimizer->family());
+    expectMeasured(problem, *optimizer->family());
+    EXPECT_NEAR(optimizer->family()->curve.at(1)[0], 0.45, 0.05);
   }
 }
 
@@ -139,7 +139,7 @@ TEST(FamilyBaselines, SurviveFailuresAndReportTheirEnd) {
     }
     ASSERT_TRUE(dead->stopped());
     EXPECT_EQ(dead->stopped()->reason, "tolallfailed");
-    EXPECT_FALSE(dead->best());
+    EXPECT_FALSE(dead->family());
     for (int g = 0; g < 150 && !half->stopped(); ++g) {
       for (const Candidate& c : half->ask()) {
         Evaluation e = problem.evaluate(c.x);
@@ -148,8 +148,8 @@ TEST(FamilyBaselines, SurviveFailuresAndReportTheirEnd) {
         half->tell(c.id, e);
       }
     }
-    ASSERT_TRUE(half->best());
-    EXPECT_LT(half->best()->cost, 0.02);
+    ASSERT_TRUE(half->family());
+    EXPECT_LT(half->family()->cost, 0.02);
   }
 }
 
@@ -166,13 +166,13 @@ TEST(PhiCma, RunsEachCurveAtEachTask) {
   double least = kInf;
   double sum = 0;
   for (int i = 0; i < 40; ++i) {
-    EXPECT_FALSE(phi.best());
+    EXPECT_FALSE(phi.family());
     const Evaluation e = problem.evaluate(all[i].x);
     sum += e.task_costs[i % 5];
     if (i % 5 == 4) least = std::min(least, sum / 5), sum = 0;
     phi.tell(all[i].id, e);
   }
-  EXPECT_DOUBLE_EQ(phi.best()->cost, least);
+  EXPECT_DOUBLE_EQ(phi.family()->cost, least);
 }
 
 TEST(IndividualCma, NeighboursBeginWhereTheTaskBeforeEnded) {
@@ -194,7 +194,7 @@ TEST(IndividualCma, NeighboursBeginWhereTheTaskBeforeEnded) {
   ASSERT_EQ(cma.ask().size(), 8u);
   EXPECT_GT((best - o.cma.x0).norm(), 2e-2);
   for (const Candidate& c : cma.ask()) EXPECT_LT((c.x - best).norm(), 1e-3);
-  EXPECT_FALSE(cma.best());  // four tasks have not been tried
+  EXPECT_FALSE(cma.family());  // four tasks have not been tried
 }
 
 TEST(IndividualCma, EndsWithTheLastTask) {
@@ -208,8 +208,8 @@ TEST(IndividualCma, EndsWithTheLastTask) {
     EXPECT_EQ(summary.end, End::kOptimizer);
     EXPECT_EQ(summary.stop.reason, "target");
     EXPECT_TRUE(cma.ask().empty());
-    ASSERT_TRUE(cma.best());
-    const Family best = *cma.best();
+    ASSERT_TRUE(cma.family());
+    const Family best = *cma.family();
     for (const double cost : best.task_costs) EXPECT_LE(cost, 1e-3);
     expectMeasured(problem, best);
     IndividualCma again(o);
@@ -226,16 +226,16 @@ TEST(IndividualCma, JoinsUnevenTasksOnAGrid) {
   const SegmentProblem grid = problem(VectorXd{{0, 1, 1.5, 3}});
   IndividualCma cma(individualFor(grid));
   minimise(grid, cma, {.budget = 20000, .target = 1e-8});
-  ASSERT_TRUE(cma.best());
-  expectMeasured(grid, *cma.best());
-  EXPECT_EQ(cma.best()->curve.points.cols(), 7);
-  EXPECT_NEAR(cma.best()->curve.at(0.75)[0], (1.5 * 1.5 + 9) / 2, 1e-3);
+  ASSERT_TRUE(cma.family());
+  expectMeasured(grid, *cma.family());
+  EXPECT_EQ(cma.family()->curve.points.cols(), 7);
+  EXPECT_NEAR(cma.family()->curve.at(0.75)[0], (1.5 * 1.5 + 9) / 2, 1e-3);
   const SegmentProblem uneven = problem(VectorXd{{0, 1, std::sqrt(2), 3}});
   EXPECT_THROW(IndividualCma{individualFor(uneven)}, InputError);
   const SegmentProblem one = problem(VectorXd{{2}});
   IndividualCma single(individualFor(one));
   minimise(one, single, {.budget = 2000, .target = 1e-8});
-  EXPECT_NEAR(single.best()->curve.at(0.3)[0], 4, 1e-3);
+  EXPECT_NEAR(single.family()->curve.at(0.3)[0], 4, 1e-3);
 }
 
 TEST(FamilyBaselines, RefuseWrongOptions) {
@@ -303,10 +303,10 @@ TEST(PhiCma, IsCmaEsOverAllControlPoints) {
         reference.tell(curves[k].id, {.cost = sum});
         if (sum < least) least = sum, best = control, best_costs = costs;
       }
-      ASSERT_TRUE(phi.best());
-      EXPECT_NEAR(phi.best()->cost, least, 1e-14);
-      EXPECT_EQ(phi.best()->curve.points, best);
-      EXPECT_EQ(phi.best()->task_costs, best_costs);
+      ASSERT_TRUE(phi.family());
+      EXPECT_NEAR(phi.family()->cost, least, 1e-14);
+      EXPECT_EQ(phi.family()->curve.points, best);
+      EXPECT_EQ(phi.family()->task_costs, best_costs);
       ASSERT_LT((phi.cma().mean() - reference.mean()).norm(), 1e-12);
     }
   }
@@ -316,7 +316,7 @@ TEST(PhiCma, IsCmaEsOverAllControlPoints) {
   for (const Candidate& c : flat.ask()) {
     flat.tell(c.id, {.cost = 1, .task_costs = std::vector<double>(5, 1.0)});
   }
-  EXPECT_LT((flat.best()->curve.at(0) - first).norm(), 1e-14);
+  EXPECT_LT((flat.family()->curve.at(0) - first).norm(), 1e-14);
 }
 
 /// What IndividualCma's header says, in its own words: a CmaEs for each task.
@@ -419,8 +419,8 @@ TEST(IndividualCma, IsACmaEsForEachTask) {
           cma.tell(candidates[k].id, e);
         }
         book.learn(costs);
-        ASSERT_EQ(cma.best().has_value(), std::isfinite(book.family));
-        EXPECT_NEAR(cma.best() ? cma.best()->cost : 0, cma.best() ? book.family : 0, 1e-14);
+        ASSERT_EQ(cma.family().has_value(), std::isfinite(book.family));
+        EXPECT_NEAR(cma.family() ? cma.family()->cost : 0, cma.family() ? book.family : 0, 1e-14);
       }
       ASSERT_TRUE(cma.stopped()) << turn;
       EXPECT_EQ(cma.stopped()->reason, book.stop);
@@ -446,7 +446,7 @@ TEST(IndividualCma, TasksMayLieOnAGridOfAThousandSteps) {
 
 TEST(FamilyBaselines, AreRegisteredWithWhatTheirHeaderSays) {
   const SegmentProblem problem = bow(2, -1, 3);
-  const FamilyOptions options{.seed = 4, .sigma = 0.2, .x0 = VectorXd{{0, 1}}};
+  const CommonOptions options{.seed = 4, .sigma = 0.2, .x0 = VectorXd{{0, 1}}};
   CmaEsOptions cma;
   cma.x0 = options.x0;
   cma.sigma = 0.2;
@@ -458,8 +458,7 @@ TEST(FamilyBaselines, AreRegisteredWithWhatTheirHeaderSays) {
   IndividualCmaOptions apart{.tasks = problem.tasks(), .cma = cma};
   IndividualCmaOptions turns = apart;
   turns.turn = 10;
-  const auto expect_equal = [&](const std::unique_ptr<FamilyOptimizer>& one,
-                                FamilyOptimizer&& other) {
+  const auto expect_equal = [&](const std::unique_ptr<Optimizer>& one, Optimizer&& other) {
     for (int g = 0; g < 25; ++g) {
       const std::vector<Candidate> a = one->ask();
       const std::vector<Candidate> b = other.ask();

@@ -63,11 +63,9 @@ class Inside : public Problem {
   const Units& units_;
 };
 
-/// @tparam Base  Optimizer or FamilyOptimizer
-template <typename Base>
-class InUnits : public Base {
+class InUnits : public Optimizer {
  public:
-  InUnits(Units units, std::unique_ptr<Base> inner)
+  InUnits(Units units, std::unique_ptr<Optimizer> inner)
       : units_(std::move(units)), inner_(std::move(inner)) {}
 
   std::vector<Candidate> ask() override {
@@ -80,33 +78,23 @@ class InUnits : public Base {
   }
   std::optional<Stop> stopped() const override { return inner_->stopped(); }
   std::optional<double> achieved() const override { return inner_->achieved(); }
-  std::string save() const override { return inner_->save(); }
-  void restore(std::string_view state) override { inner_->restore(state); }
-
- protected:
-  const Units& units() const { return units_; }
-  const Base& inner() const { return *inner_; }
-
- private:
-  Units units_;
-  std::unique_ptr<Base> inner_;
-};
-
-class FamilyInUnits : public InUnits<FamilyOptimizer> {
- public:
-  using InUnits::InUnits;
-
-  std::optional<Family> best() const override {
-    std::optional<Family> family = inner().best();
+  std::optional<Family> family() const override {
+    std::optional<Family> family = inner_->family();
     if (!family) return family;
-    for (auto point : family->curve.points.colwise()) point = units().outward(point);
+    for (auto point : family->curve.points.colwise()) point = units_.outward(point);
     if (family->curve.bounds.any()) {
-      VectorXd margins(units().lower().size());
+      VectorXd margins(units_.lower().size());
       for (int i = 0; i < margins.size(); ++i) margins[i] = family->curve.bounds.margin(i);
-      family->curve.bounds = BoundFold(units().lower(), units().upper(), units().outward(margins));
+      family->curve.bounds = BoundFold(units_.lower(), units_.upper(), units_.outward(margins));
     }
     return family;
   }
+  std::string save() const override { return inner_->save(); }
+  void restore(std::string_view state) override { inner_->restore(state); }
+
+ private:
+  Units units_;
+  std::unique_ptr<Optimizer> inner_;
 };
 
 }  // namespace
@@ -119,17 +107,7 @@ std::unique_ptr<Optimizer> inSafeUnits(const Problem& problem, const CommonOptio
   inside.x0 = units.inward(inside.x0);
   for (Trial& trial : inside.experience) trial.x = units.inward(trial.x);
   std::unique_ptr<Optimizer> inner = make(Inside(problem, units), inside);
-  return std::make_unique<InUnits<Optimizer>>(std::move(units), std::move(inner));
-}
-
-std::unique_ptr<FamilyOptimizer> inSafeUnits(const Problem& problem, const FamilyOptions& options,
-                                             const decltype(FamilyOptimizerEntry::make)& make) {
-  Units units(problem);
-  if (units.ordinary()) return make(problem, options);
-  FamilyOptions inside = options;
-  inside.x0 = units.inward(inside.x0);
-  std::unique_ptr<FamilyOptimizer> inner = make(Inside(problem, units), inside);
-  return std::make_unique<FamilyInUnits>(std::move(units), std::move(inner));
+  return std::make_unique<InUnits>(std::move(units), std::move(inner));
 }
 
 }  // namespace traceur::optim

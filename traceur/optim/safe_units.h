@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "traceur/optim/all.h"
-#include "traceur/optim/family.h"
 
 namespace traceur::optim {
 
@@ -13,7 +12,5 @@ namespace traceur::optim {
 /// Where all units are 1 it is what make makes; its state is that of the optimiser inside.
 std::unique_ptr<Optimizer> inSafeUnits(const Problem& problem, const CommonOptions& options,
                                        const decltype(OptimizerEntry::make)& make);
-std::unique_ptr<FamilyOptimizer> inSafeUnits(const Problem& problem, const FamilyOptions& options,
-                                             const decltype(FamilyOptimizerEntry::make)& make);
 
 }  // namespace traceur::optim

@@ -11,6 +11,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
+#include "traceur/optim/all.h"
 #include "traceur/optim/family_baselines.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/skill/skill_problem.h"
@@ -73,13 +74,13 @@ double rounded(double x) {
   return std::strtod(fmt::format("{:.4g}", x).c_str(), nullptr);
 }
 
-std::unique_ptr<optim::FamilyOptimizer> make(const optim::Problem& problem, const Skill& skill,
-                                             const LearningOptions& o) {
+std::unique_ptr<optim::Optimizer> make(const optim::Problem& problem, const Skill& skill,
+                                       const LearningOptions& o) {
   const VectorXd lower = problem.lower();
   const VectorXd upper = problem.upper();
   const VectorXd middle = 0.5 * (lower + upper);
-  optim::FamilyOptions options{.seed = o.seed, .control_points = o.control_points};
-  const optim::FamilyOptimizerEntry& entry = optim::findFamilyOptimizer(o.optimiser);
+  optim::CommonOptions options{.seed = o.seed, .control_points = o.control_points};
+  const optim::OptimizerEntry& entry = optim::findOptimizer(o.optimiser, true);
   if (o.start == Start::kLearn) {
     options.sigma = skill::kStepSize;
     options.x0 = skill.initialParameters();
@@ -439,7 +440,7 @@ Learning learnFamily(const std::shared_ptr<const Skill>& skill, const VectorXd& 
       problem, *optimizer,
       {.budget = o.budget, .target = o.target, .stop = o.stop, .on_generation = note});
   learning.trials = summary.progress.evaluations;
-  learning.family = optimizer->best().value_or(optim::Family());
+  learning.family = optimizer->family().value_or(optim::Family());
   if (!learning.costs.empty()) {  // it ends so: a figure's line goes on to here
     learning.costs.push_back({static_cast<double>(learning.trials), rounded(learning.family.cost)});
   }

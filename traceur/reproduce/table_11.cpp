@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "traceur/core/random.h"
+#include "traceur/optim/all.h"
 #include "traceur/optim/curve_cma.h"
 #include "traceur/optim/family_baselines.h"
 #include "traceur/optim/minimise.h"
@@ -108,8 +109,8 @@ class SegmentFamily : public optim::Problem {
   VectorXd b_;
 };
 
-std::unique_ptr<optim::FamilyOptimizer> make(const optim::Problem& problem, Algorithm algorithm,
-                                             std::uint64_t seed) {
+std::unique_ptr<optim::Optimizer> make(const optim::Problem& problem, Algorithm algorithm,
+                                       std::uint64_t seed) {
   const int n = problem.dimension();
   if (algorithm == Algorithm::kCurve) {
     optim::CurveCmaOptions o = optim::table11CurveCma();
@@ -129,7 +130,7 @@ std::unique_ptr<optim::FamilyOptimizer> make(const optim::Problem& problem, Algo
     return std::make_unique<optim::PhiCma>(problem.tasks(), 2, o,
                                            uniform(random, 2 * n, 0.5).reshaped(n, 2));
   }
-  return optim::findFamilyOptimizer("contextual")
+  return optim::findOptimizer("contextual")
       .make(problem, {.seed = seed, .sigma = 0.5, .x0 = VectorXd::Zero(n)});
 }
 

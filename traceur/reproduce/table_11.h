@@ -55,7 +55,7 @@ std::unique_ptr<optim::Problem> table11Problem(const Table11Row& row, std::uint6
 enum class Algorithm {
   kCurve,       ///< optim::table11CurveCma() from the origin
   kCma,         ///< optim::PhiCma without active weights, λ = 16, σ = 1, from ±0.5 uniform
-  kContextual,  ///< optim::findFamilyOptimizer("contextual") with σ = 0.5
+  kContextual,  ///< optim::findOptimizer("contextual") with σ = 0.5
 };
 
 /// One run.
