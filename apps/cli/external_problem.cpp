@@ -26,20 +26,6 @@ constexpr double kGrace = 0.5;
 
 ExternalProblem::ExternalProblem(ExternalFunction function) : function_(std::move(function)) {}
 
-VectorXd ExternalProblem::lower() const {
-  VectorXd x(function_.variables.size());
-  std::transform(function_.variables.begin(), function_.variables.end(), x.begin(),
-                 [](const ParamSpec& p) { return p.min; });
-  return x;
-}
-
-VectorXd ExternalProblem::upper() const {
-  VectorXd x(function_.variables.size());
-  std::transform(function_.variables.begin(), function_.variables.end(), x.begin(),
-                 [](const ParamSpec& p) { return p.max; });
-  return x;
-}
-
 std::unique_ptr<Process> ExternalProblem::start() const {
   auto process = std::make_unique<Process>(function_.command, Process::Output::kTalk);
   process->heed(stop_, kGrace);

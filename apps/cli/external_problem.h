@@ -43,8 +43,9 @@ class ExternalProblem : public optim::Problem {
  public:
   explicit ExternalProblem(ExternalFunction function);
 
-  Eigen::VectorXd lower() const override;
-  Eigen::VectorXd upper() const override;
+  ParamSpecs parameters() const override { return function_.variables; }
+  Eigen::VectorXd lower() const override { return lowerOf(function_.variables); }
+  Eigen::VectorXd upper() const override { return upperOf(function_.variables); }
   Eigen::VectorXd tasks() const override { return function_.tasks; }
   std::vector<std::string> constraints() const override { return function_.constraints; }
   optim::Evaluation evaluate(const Eigen::VectorXd& x) const override;

@@ -223,11 +223,7 @@ int minimise(const Arguments& arguments) {
   }
   if (function.tasks.size() > 0 && a.curve.empty()) a.curve = "linear";
   ExternalProblem problem(function);
-  Eigen::VectorXd x0(function.variables.size());
-  for (size_t i = 0; i < function.variables.size(); ++i) {
-    x0[static_cast<Eigen::Index>(i)] = function.variables[i].initial;
-  }
-  const auto optimiser = makeOptimiser(a, function, problem, x0);
+  const auto optimiser = makeOptimiser(a, function, problem, initialOf(function.variables));
   const std::string out = a.out.empty() ? fmt::format("runs/minimise-seed{}.run", a.seed) : a.out;
   const std::stop_token stop = interrupt.token();  // before there is a file that could be left
   RunFile run = openRun(out, toMeta(a, function), a.resume);

@@ -2,6 +2,7 @@
 // all read this row.
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -17,5 +18,21 @@ struct ParamSpec {
 };
 
 using ParamSpecs = std::vector<ParamSpec>;
+
+/// (n) one number of each row, in order.
+inline Eigen::VectorXd columnOf(const ParamSpecs& rows, double ParamSpec::*number) {
+  Eigen::VectorXd x(static_cast<Eigen::Index>(rows.size()));
+  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = rows[static_cast<size_t>(i)].*number;
+  return x;
+}
+inline Eigen::VectorXd lowerOf(const ParamSpecs& rows) {
+  return columnOf(rows, &ParamSpec::min);
+}
+inline Eigen::VectorXd upperOf(const ParamSpecs& rows) {
+  return columnOf(rows, &ParamSpec::max);
+}
+inline Eigen::VectorXd initialOf(const ParamSpecs& rows) {
+  return columnOf(rows, &ParamSpec::initial);
+}
 
 }  // namespace traceur

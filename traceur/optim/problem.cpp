@@ -6,6 +6,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/optim/cost.h"
+#include "traceur/optim/start.h"
 
 namespace traceur::optim {
 
@@ -15,6 +16,17 @@ bool Evaluation::meaningful() const {
 
 bool Evaluation::feasible() const {
   return meaningful() && std::find(violated.begin(), violated.end(), true) == violated.end();
+}
+
+ParamSpecs Problem::parameters() const {
+  const VectorXd least = lower();
+  const VectorXd most = upper();
+  const VectorXd x0 = startOf(*this).x0;
+  ParamSpecs all;
+  for (Eigen::Index i = 0; i < x0.size(); ++i) {
+    all.push_back({fmt::format("x{}", i + 1), "", least[i], most[i], x0[i], ""});
+  }
+  return all;
 }
 
 bool better(const Evaluation& a, const Evaluation& b) {

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "traceur/core/param.h"
+
 namespace traceur::optim {
 
 using Eigen::VectorXd;
@@ -44,6 +46,10 @@ class Problem {
   /// Lower and upper bound of each variable, (n) and (n); infinite where there is none.
   virtual VectorXd lower() const = 0;
   virtual VectorXd upper() const = 0;
+  /// (n) what the variables are: names, units, the same bounds, and where a search begins that is
+  /// not told otherwise. Unless said otherwise "x1", "x2", … without units, beginning as startOf()
+  /// says.
+  virtual ParamSpecs parameters() const;
   /// The names of the yes/no constraints, known only by running a trial; may be empty.
   virtual std::vector<std::string> constraints() const { return {}; }
   /// (M) rising: the tasks that one trial is scored for all at once, such as heights to jump to.

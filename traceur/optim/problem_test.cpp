@@ -89,5 +89,16 @@ TEST(TestFunctions, HaveTheirKnownMinima) {
   }
 }
 
+TEST(Problem, NamesItsVariablesIfNobodyElseDoes) {
+  const FunctionProblem problem(VectorXd{{-1, 0}}, VectorXd{{3, kInf}}, sphere);
+  const ParamSpecs parameters = problem.parameters();
+  ASSERT_EQ(parameters.size(), 2u);
+  EXPECT_EQ(parameters[0].name, "x1");
+  EXPECT_EQ(parameters[1].name, "x2");
+  EXPECT_EQ(lowerOf(parameters), problem.lower());
+  EXPECT_EQ(upperOf(parameters), problem.upper());
+  EXPECT_EQ(initialOf(parameters), (VectorXd{{1, 1}})) << "the middle, and 1 inside the bound";
+}
+
 }  // namespace
 }  // namespace traceur::optim

@@ -26,20 +26,16 @@ SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, VectorXd tasks)
   idle_.push_back(std::move(runner));
 }
 
+ParamSpecs SkillProblem::parameters() const {
+  return skill_->parameters;
+}
+
 VectorXd SkillProblem::lower() const {
-  VectorXd x(skill_->parameters.size());
-  for (size_t i = 0; i < skill_->parameters.size(); ++i) {
-    x[static_cast<Eigen::Index>(i)] = skill_->parameters[i].min;
-  }
-  return x;
+  return lowerOf(skill_->parameters);
 }
 
 VectorXd SkillProblem::upper() const {
-  VectorXd x(skill_->parameters.size());
-  for (size_t i = 0; i < skill_->parameters.size(); ++i) {
-    x[static_cast<Eigen::Index>(i)] = skill_->parameters[i].max;
-  }
-  return x;
+  return upperOf(skill_->parameters);
 }
 
 std::vector<std::string> SkillProblem::constraints() const {

@@ -23,6 +23,7 @@ class SkillProblem : public optim::Problem {
   /// @throws InputError when the skill's motion depends on the task, so that one trial cannot be
   SkillProblem(std::shared_ptr<const Skill> skill, VectorXd tasks);
 
+  ParamSpecs parameters() const override;
   VectorXd lower() const override;
   VectorXd upper() const override;
   std::vector<std::string> constraints() const override;
