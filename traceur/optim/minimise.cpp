@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 #include "traceur/core/error.h"
-#include "traceur/core/thread_pool.h"
 #include "traceur/optim/cost.h"
 
 namespace traceur::optim {
@@ -108,7 +108,8 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
   const size_t constraints = problem.constraints().size();
   const size_t tasks = problem.tasks().size();
 
-  ThreadPool pool(options.threads);
+  std::optional<ThreadEvaluator> threads;
+  Evaluator& evaluator = options.evaluator ? *options.evaluator : threads.emplace(options.threads);
   Progress progress = start;
   std::vector<Trial> trials;
   Beginning beginning;
@@ -124,12 +125,12 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
 
     trials.resize(candidates.size());
     std::atomic<int> run = 0;
-    pool.forEach(static_cast<int>(candidates.size()), [&](int i) {
+    evaluator.evaluate(problem, candidates, [&](int i, const Evaluator::Result& result) {
       if (options.stop.stop_requested() || beginning.hopeless()) return;
       Trial& trial = trials[i];
       trial.x = candidates[i].x;
       try {
-        trial.evaluation = problem.evaluate(trial.x);
+        trial.evaluation = result();
       } catch (const Abandoned&) {
         if (options.stop.stop_requested()) return;
         throw;  // nobody asked it to

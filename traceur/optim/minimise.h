@@ -7,6 +7,7 @@
 #include <stop_token>
 
 #include "traceur/core/error.h"
+#include "traceur/optim/evaluator.h"
 #include "traceur/optim/optimizer.h"
 
 namespace traceur::optim {
@@ -41,7 +42,8 @@ class Broken : public InputError {
 };
 
 struct MinimiseOptions {
-  int threads = 1;     ///< 0: one for each processor
+  int threads = 1;                 ///< 0: one for each processor
+  Evaluator* evaluator = nullptr;  ///< who runs the trials; none: so many threads
   int budget = 10000;  ///< trials in all, resumed ones included; the last generation is finished
   /// Stop at Optimizer::achieved() ≤ this, or where it says nothing, at a feasible cost ≤ this.
   double target = -std::numeric_limits<double>::infinity();
@@ -69,7 +71,8 @@ struct Summary {
 
 /// Runs ask → evaluate → tell until the target, the budget, the optimiser's own stop or a request
 /// to end; of several at once, the target is reported first, then the request, the optimiser's stop
-/// and the budget. Results do not depend on options.threads. What Problem::evaluate throws passes
+/// and the budget. Results do not depend on options.threads, nor
+/// on who runs the trials. What Problem::evaluate throws passes
 /// through (of several, the one of the smallest id) and leaves the generation untold. A run that
 /// begins with kFirstTrials trials that are all Broken ends with an InputError: it is not the
 /// trials that are wrong.

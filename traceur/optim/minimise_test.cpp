@@ -1,6 +1,8 @@
 #include "traceur/optim/minimise.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
@@ -95,6 +97,76 @@ TEST(Minimise, GivesEqualBitsForAnyNumberOfThreads) {
     EXPECT_EQ(states[i], states[0]);
     EXPECT_EQ(costs[i], costs[0]);
   }
+}
+
+/// Each trial in a process of its own, the last one first, all before the first is taken: what an
+/// evaluator may do.
+class InProcesses : public Evaluator {
+ public:
+  void evaluate(const Problem& problem, std::span<const Candidate> candidates,
+                const Take& take) override {
+    std::vector<Evaluation> said(candidates.size());
+    for (size_t i = candidates.size(); i-- > 0;) {
+      int ends[2];
+      ASSERT_EQ(pipe(ends), 0);
+      const pid_t child = fork();
+      if (child == 0) {
+        const Evaluation e = problem.evaluate(candidates[i].x);
+        const double words[] = {e.cost, e.failed ? 1.0 : 0.0, e.violated[0] ? 1.0 : 0.0};
+        _exit(write(ends[1], words, sizeof words) == sizeof words ? 0 : 1);
+      }
+      double words[3] = {};
+      close(ends[1]);
+      ASSERT_EQ(read(ends[0], words, sizeof words), static_cast<ssize_t>(sizeof words));
+      close(ends[0]);
+      ASSERT_EQ(waitpid(child, nullptr, 0), child);
+      said[i] = {.cost = words[0], .violated = {words[2] != 0}, .failed = words[1] != 0};
+    }
+    for (size_t i = candidates.size(); i-- > 0;) {
+      take(static_cast<int>(i), [&] { return said[i]; });
+    }
+  }
+};
+
+TEST(Minimise, GivesEqualBitsWhoeverRunsTheTrials) {
+  std::atomic<int> here = 0;
+  const Scripted problem(
+      [&](const VectorXd& x) {
+        ++here;
+        if (x[1] > 1.4) return Evaluation{.cost = NAN, .violated = {false}};
+        return Evaluation{.cost = rosenbrock(x), .violated = {x[2] < -0.5}};
+      },
+      {"c"});
+  CmaEs threads = sphereSearch(9);
+  const Summary expected = minimise(problem, threads, {.threads = 2, .budget = 160});
+  EXPECT_EQ(here.exchange(0), 160);
+  CmaEs processes = sphereSearch(9);
+  InProcesses evaluator;
+  const Summary got = minimise(problem, processes, {.evaluator = &evaluator, .budget = 160});
+  EXPECT_EQ(here, 0);
+  EXPECT_EQ(processes.save(), threads.save());
+  EXPECT_EQ(got.progress.best->x, expected.progress.best->x);
+  EXPECT_EQ(got.progress.failed, expected.progress.failed);
+  EXPECT_GT(got.progress.failed, 0);
+}
+
+TEST(Minimise, PassesOnWhatAnEvaluatorsTrialThrows) {
+  class Throws : public Evaluator {
+   public:
+    void evaluate(const Problem& /*problem*/, std::span<const Candidate> candidates,
+                  const Take& take) override {
+      for (size_t i = 0; i < candidates.size(); ++i) {
+        take(static_cast<int>(i), [&]() -> Evaluation { throw Broken("elsewhere"); });
+      }
+    }
+  };
+  Throws evaluator;
+  CmaEs cma = sphereSearch();
+  EXPECT_THROW(minimise(kSphere, cma, {.evaluator = &evaluator}), Broken);
+  int broken = 0;
+  const auto count = [&](const Broken&) { ++broken; };
+  EXPECT_THROW(minimise(kSphere, cma, {.evaluator = &evaluator, .on_broken = count}), InputError);
+  EXPECT_EQ(broken, kFirstTrials);
 }
 
 TEST(Minimise, UsesTheThreadsItIsGiven) {
