@@ -402,6 +402,26 @@ TEST(Signals, ReadWhatTheSnapshotSays) {
   EXPECT_NEAR(*pitch, 0, 1e-2);
 }
 
+TEST(Signals, HaveUnits) {
+  const Signals signals(bioloid());
+  const std::pair<const char*, const char*> units[] = {
+      {"time", "s"},
+      {"com.z", "m"},
+      {"com_velocity.x", "m/s"},
+      {"angular_momentum.y", "kg·m²/s"},
+      {"cop.x", "m"},
+      {"root.pitch", "rad"},
+      {"body.torso.z", "m"},
+      {"body_velocity.torso.z", "m/s"},
+      {"joint.l_shin", "rad"},
+      {"joint_velocity.l_shin", "rad/s"},
+      {"contact.feet", ""},
+      {"contact_force.feet", "N"},
+      {"body.tail.z", ""},
+      {"2 * com.z", ""}};
+  for (const auto& [name, unit] : units) EXPECT_EQ(signals.unitOf(name), unit) << name;
+}
+
 TEST(Signals, OfARobotInFlightAreWhatTheirNamesSay) {
   const auto model = bioloid();
   const double angles[] = {0.4, -0.7, 1.1};  // roll, pitch, yaw

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "traceur/control/expression.h"
 #include "traceur/core/error.h"
@@ -170,6 +171,28 @@ std::vector<std::string> Signals::names() const {
   }
   std::erase_if(out, [](const std::string& name) { return !Expression::isName(name); });
   return out;
+}
+
+std::string Signals::unitOf(const std::string& name) const {
+  static constexpr std::pair<std::string_view, std::string_view> kUnits[] = {
+      {"time", "s"},
+      {"com.", "m"},
+      {"com_velocity.", "m/s"},
+      {"angular_momentum.", "kg·m²/s"},
+      {"cop.", "m"},
+      {"root.", "rad"},
+      {"body.", "m"},
+      {"body_velocity.", "m/s"},
+      {"contact_force.", "N"}};
+  if (!reader(name)) return "";
+  if (const auto joint = after(name, "joint.")) return model_->joint(*joint).slides ? "m" : "rad";
+  if (const auto joint = after(name, "joint_velocity.")) {
+    return model_->joint(*joint).slides ? "m/s" : "rad/s";
+  }
+  for (const auto& [prefix, unit] : kUnits) {
+    if (name.starts_with(prefix)) return std::string(unit);
+  }
+  return "";
 }
 
 }  // namespace traceur::control

@@ -34,6 +34,9 @@ class Signals {
   /// or joint has a name that no expression can spell, such as one with '-'.
   std::vector<std::string> names() const;
 
+  /// As printed: "m", "m/s"; "" for a pure number, and for what is no signal.
+  std::string unitOf(const std::string& name) const;
+
   void update(const sim::Snapshot& s);
 
  private:
