@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -105,6 +106,7 @@ Model::Model(std::string_view physics, std::function<std::string()> make_mjcf,
     joint.name = name ? name : fmt::format("joint {}", j);
     joint.q = m->jnt_qposadr[j];
     joint.v = m->jnt_dofadr[j];
+    joint.body = {m->jnt_bodyid[j]};
     joint.slides = m->jnt_type[j] == mjJNT_SLIDE;
     for (int a = 0; a < m->nu; ++a) {
       if (isPlainMotor(m, a) && m->actuator_trnid[2 * a] == j) joint.motor = a;
@@ -227,6 +229,15 @@ double Model::mass() const {
   return model_->body_subtreemass[root_.value];
 }
 
+int Model::rootQ() const {
+  assert(root_dofs_ == 6);
+  return model_->jnt_qposadr[model_->body_jntadr[root_.value]];
+}
+int Model::rootV() const {
+  assert(root_dofs_ == 6);
+  return model_->jnt_dofadr[model_->body_jntadr[root_.value]];
+}
+
 BodyId Model::body(std::string_view name) const {
   const int id = mj_name2id(model_, mjOBJ_BODY, std::string(name).c_str());
   if (id < 0) failNoName(model_, mjOBJ_BODY, model_->nbody, "body", name);
@@ -236,6 +247,16 @@ BodyId Model::body(std::string_view name) const {
 std::string Model::bodyName(BodyId body) const {
   const char* name = mj_id2name(model_, mjOBJ_BODY, body.value);
   return name && *name ? name : fmt::format("body {}", body.value);
+}
+
+BodyPoint Model::contactPoint(std::string_view name) const {
+  std::vector<std::string> names;
+  if (robot_) {
+    const auto point = robot_->contacts.find(std::string(name));
+    if (point != robot_->contacts.end()) return {body(point->second.body), point->second.p_BP};
+    for (const auto& [known, unused] : robot_->contacts) names.push_back(known);
+  }
+  throw InputError(fmt::format("no contact point named \"{}\".{}", name, didYouMean(name, names)));
 }
 
 BodyId Model::parent(BodyId body) const {
@@ -287,7 +308,7 @@ State Model::stateOf(const Pose& pose) const {
   State state = initialState();
   for (const auto& [name, angle] : pose.joints) state.q[joint(name).q] = angle;
   if (root_dofs_ != 6) return state;
-  const int root = model_->jnt_qposadr[model_->body_jntadr[root_.value]];
+  const int root = rootQ();
   const Eigen::Quaterniond R = rotationOf(pose.root_rpy);
   state.q.segment<3>(root) = Vector3d::Zero();
   state.q.segment<4>(root + 3) << R.w(), R.x(), R.y(), R.z();
@@ -306,6 +327,24 @@ State Model::stateOf(const Pose& pose) const {
   }
   mj_deleteData(d);
   if (std::isfinite(lowest)) state.q[root + 2] -= lowest;
+  return state;
+}
+
+State Model::launched(State state, double height, const Vector3d& velocity,
+                      const Vector3d& spin) const {
+  assert(root_dofs_ == 6);
+  state.q[rootQ() + 2] += height;
+  mjData* d = mj_makeData(model_);
+  Eigen::Map<VectorXd>(d->qpos, nq()) = state.q;
+  mj_kinematics(model_, d);
+  mj_comPos(model_, d);
+  const Eigen::Map<const Vector3d> com(d->subtree_com + 3 * root_.value);
+  const Vector3d arm = state.q.segment<3>(rootQ()) - com;
+  mj_deleteData(d);
+  const Eigen::Quaterniond R(state.q[rootQ() + 3], state.q[rootQ() + 4], state.q[rootQ() + 5],
+                             state.q[rootQ() + 6]);
+  state.v.segment<3>(rootV()) = velocity + spin.cross(arm);
+  state.v.segment<3>(rootV() + 3) = R.conjugate() * spin;
   return state;
 }
 

@@ -29,12 +29,19 @@ struct BodyId {
   bool operator==(const BodyId&) const = default;
 };
 
+/// A place on a body.
+struct BodyPoint {
+  BodyId body;
+  Vector3d p_BP = Vector3d::Zero();  ///< in the body's frame [m]
+};
+
 /// A hinge or slide joint with the motor that drives it: a command of 1 is 1 N·m, for a slide 1 N.
 struct Joint {
   std::string name;
   bool slides = false;  ///< along its axis [m, N] instead of turning about it [rad, N·m]
   int q = -1;           ///< index in q (nq)
   int v = -1;           ///< index in v (nv)
+  BodyId body = {};     ///< that it moves
   int motor = -1;       ///< index in the motor command (nu); -1: not actuated
   JointLimit limit;     ///< infinite where the robot does not say
 };
@@ -71,6 +78,9 @@ class Model {
 
   /// The robot's floating body; the first body under the world where nothing floats.
   BodyId root() const { return root_; }
+  /// Where its free joint's numbers begin in q and in v; only where it floats.
+  int rootQ() const;
+  int rootV() const;
   /// Rows of v that no motor can drive: 6 for a floating base, else 0.
   int rootDofs() const { return root_dofs_; }
   /// Off the ground and not pushed, nothing but gravity moves the robot's COM: it floats, and the
@@ -79,6 +89,9 @@ class Model {
   /// @throws InputError "no body named …" with a suggestion
   BodyId body(std::string_view name) const;
   std::string bodyName(BodyId body) const;
+  /// A contact point of the robot's file.
+  /// @throws InputError "no contact point named …" with a suggestion
+  BodyPoint contactPoint(std::string_view name) const;
   BodyId parent(BodyId body) const;
   /// Whether a body is another or one that it carries, at any remove.
   bool hangsOn(BodyId body, BodyId ancestor) const;
@@ -104,6 +117,9 @@ class Model {
   /// The pose with the robot's lowest point on z = 0, props where the scene put them, v = 0.
   /// @throws InputError for a joint the model lacks
   State stateOf(const Pose& pose) const;
+  /// The same, moved as a rigid body that rises by `height` [m] and has the COM velocity [m/s] and
+  /// the spin about the COM [rad/s], world axes. The robot floats.
+  State launched(State state, double height, const Vector3d& velocity, const Vector3d& spin) const;
   /// The first body of the scene that the robot reaches into deeper than `depth` [m].
   std::optional<BodyId> bodyReachedInto(const State& state, double depth) const;
 

@@ -154,9 +154,10 @@ Robot Robot::fromFile(const std::filesystem::path& file) {
   forEachJointRow(
       reader.table("gains"), robot,
       [](const TomlReader& row) {
-        const JointGain gain{row.number("kp"), row.number("kd")};
+        const JointGain gain{row.number("kp"), row.number("kd"), row.number("ki", 0)};
         if (!(gain.kp >= 0)) row.fail("kp", "\"kp\": expected a number >= 0 [N·m/rad]");
         if (!(gain.kd >= 0)) row.fail("kd", "\"kd\": expected a number >= 0 [N·m·s/rad]");
+        if (!(gain.ki >= 0)) row.fail("ki", "\"ki\": expected a number >= 0 [N·m/(rad·s)]");
         return gain;
       },
       [&](const std::string& joint, JointGain gain, double) { robot.gains[joint] = gain; });

@@ -23,10 +23,12 @@ struct JointLimit {
   double max = 0;     ///< [rad | m]
 };
 
-/// Gains of the default PD controller: kp [N·m/rad | N/m], kd [N·m·s/rad | N·s/m].
+/// Gains of the default controller: kp [N·m/rad | N/m], kd [N·m·s/rad | N·s/m], and of the error's
+/// integral ki [N·m/(rad·s) | N/(m·s)].
 struct JointGain {
   double kp = 0;
   double kd = 0;
+  double ki = 0;
 };
 
 /// One name for a left and a right joint: value v means left = v, right = sign·v.

@@ -1307,5 +1307,115 @@ TEST(Recording, BytesComeBackAndDamageIsRefused) {
   }
 }
 
+/// A robot that has come down on the ground, so that contacts press.
+void comeDown(World& world) {
+  State s = thrown(world.model());
+  s.q[2] -= 4.9;
+  world.reset(s);
+  for (int i = 0; i < 400; ++i) world.step(none(world.model()));
+}
+
+TEST(World, ACheckpointGoesOnWithTheSameBitsInAnyWorld) {
+  const auto model = onGround();
+  World world(model);
+  comeDown(world);
+  ASSERT_FALSE(world.snapshot().contacts().empty());
+  world.push(model->root(), {3, 0, 0});
+  const Checkpoint c = world.save();
+  EXPECT_FALSE(c.empty());
+  EXPECT_TRUE(Checkpoint().empty());
+  const auto onwards = [&](World& w) {
+    for (int i = 0; i < 200; ++i) w.step(none(*model));
+    return w.state();
+  };
+  const State end = onwards(world);
+  World other(model);
+  other.watchJointForces(true);
+  other.restore(c);
+  EXPECT_EQ(other.state().q, c.state().q);
+  EXPECT_FALSE(other.snapshot().contacts().empty());
+  const State again = onwards(other);
+  EXPECT_EQ(again.q, end.q);
+  EXPECT_EQ(again.v, end.v);
+  world.restore(c);
+  EXPECT_EQ(onwards(world).q, end.q);
+  // What a reset does not keep: how the contacts pressed and that somebody pushed.
+  world.reset(c.state());
+  EXPECT_NE(onwards(world).q, end.q);
+}
+
+TEST(Model, LaunchesARobotAsARigidBody) {
+  const auto model = inSpace(0.001, 0);
+  World world(model);
+  Pose pose = model->robot()->poses.at("crouch");
+  const State ground = model->stateOf(pose);
+  world.reset(ground);
+  const double before = world.snapshot().com().z();
+  const Vector3d velocity(0.3, -0.2, 1.5);
+  const Vector3d spin(0.5, 2, -1);
+  world.reset(model->launched(ground, 0.7, velocity, spin));
+  const Snapshot& s = world.snapshot();
+  EXPECT_NEAR(s.com().z(), before + 0.7, 1e-12);
+  EXPECT_LT((s.comVelocity() - velocity).norm(), 1e-12);
+  for (int b = 1; b < model->bodies(); ++b) {
+    const Vector3d arm = s.bodyPosition({b}) - s.com();
+    EXPECT_LT((s.bodyVelocity({b}) - velocity - spin.cross(arm)).norm(), 1e-12);
+  }
+}
+
+TEST(Snapshot, APointMovesWithItsBody) {
+  const auto model = inSpace(1e-5, 0);
+  World world(model);
+  world.reset(thrown(*model));
+  const BodyPoint p = model->contactPoint("left_toe");
+  EXPECT_EQ(p.body, model->body("l_foot"));
+  EXPECT_EQ(p.p_BP, model->robot()->contacts.at("left_toe").p_BP);
+  Matrix3Xd J = Matrix3Xd::Zero(3, model->nv());
+  world.snapshot().pointJacobian(p.body, p.p_BP, J);
+  EXPECT_LT((world.snapshot().velocity(p) - J * world.snapshot().v()).norm(), 1e-12);
+  const Vector3d from = world.snapshot().position(p);
+  const Vector3d v = world.snapshot().velocity(p);
+  world.step(none(*model));
+  EXPECT_LT(((world.snapshot().position(p) - from) / 1e-5 - v).norm(), 1e-3 * v.norm());
+  try {
+    model->contactPoint("left_to");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("left_toe"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Snapshot, AMomentIsThatOfTheRotationJacobian) {
+  const auto model = inSpace(1e-5, 0);
+  World world(model);
+  world.reset(thrown(*model));
+  const Snapshot& s = world.snapshot();
+  const BodyId body = model->body("r_shin");
+  Matrix3Xd J = Matrix3Xd::Zero(3, model->nv());
+  s.rotationJacobian(body, J);
+  const Vector3d moment(0.3, -2, 1);
+  VectorXd tau = VectorXd::Ones(model->nv());
+  s.addMoment(body, moment, tau);
+  EXPECT_LT((tau - VectorXd::Ones(model->nv()) - J.transpose() * moment).norm(), 1e-12);
+  // The body turns as J says.
+  const Matrix3d R = s.bodyRotation(body);
+  const Vector3d omega = J * s.v();
+  world.step(none(*model));
+  const Eigen::AngleAxisd turn(Matrix3d(world.snapshot().bodyRotation(body) * R.transpose()));
+  EXPECT_LT((turn.angle() * turn.axis() / 1e-5 - omega).norm(), 1e-3 * omega.norm());
+}
+
+TEST(Snapshot, TheTorqueIsWhatMotorsWereTold) {
+  const auto model = inSpace(0.001, 0);
+  World world(model);
+  EXPECT_TRUE(world.snapshot().torque().isZero(0));
+  Torque t = none(*model);
+  t.tau[3] = 0.25;
+  world.step(t);
+  EXPECT_EQ(VectorXd(world.snapshot().torque()), t.tau);
+  world.reset(model->initialState());
+  EXPECT_TRUE(world.snapshot().torque().isZero(0));
+}
+
 }  // namespace
 }  // namespace traceur::sim

@@ -100,6 +100,20 @@ std::optional<Vector3d> Snapshot::farthestPoint(BodyId body, const Vector3d& u) 
   return farthest;
 }
 
+Vector3d Snapshot::position(const BodyPoint& p) const {
+  return bodyPosition(p.body) + bodyRotation(p.body) * p.p_BP;
+}
+
+Vector3d Snapshot::velocity(const BodyPoint& p) const {
+  mjtNum velocity[6];  // rotation, then translation of the origin
+  mj_objectVelocity(model_->raw(), data_, mjOBJ_XBODY, p.body.value, velocity, 0);
+  return vec(velocity + 3) + vec(velocity).cross(bodyRotation(p.body) * p.p_BP);
+}
+
+Eigen::Map<const VectorXd> Snapshot::torque() const {
+  return Eigen::Map<const VectorXd>(data_->ctrl, model_->nu());
+}
+
 bool Snapshot::touchesWorld() const {
   return std::any_of(contacts_.begin(), contacts_.end(), [&](const Contact& c) {
     return model_->isRobot(c.body_a) != model_->isRobot(c.body_b);
@@ -179,6 +193,13 @@ void Snapshot::comJacobian(Eigen::Ref<Matrix3Xd> J) const {
   J = rows;
 }
 
+void Snapshot::rotationJacobian(BodyId body, Eigen::Ref<Matrix3Xd> J) const {
+  assert(J.cols() == model_->nv());
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> rows(3, model_->nv());
+  mj_jac(model_->raw(), data_, nullptr, rows.data(), data_->xpos + 3 * body.value, body.value);
+  J = rows;
+}
+
 void Snapshot::addComForce(const Vector3d& f, Eigen::Ref<VectorXd> tau) const {
   com_jacobian_.resize(3, model_->nv());
   comJacobian(com_jacobian_);
@@ -191,6 +212,13 @@ void Snapshot::addPointForce(BodyId body, const Vector3d& p_BP, const Vector3d& 
   const Vector3d p_WP = bodyPosition(body) + bodyRotation(body) * p_BP;
   const Vector3d none = Vector3d::Zero();
   mj_applyFT(model_->raw(), data_, f.data(), none.data(), p_WP.data(), body.value, tau.data());
+}
+
+void Snapshot::addMoment(BodyId body, const Vector3d& moment, Eigen::Ref<VectorXd> tau) const {
+  assert(tau.size() == model_->nv());
+  const Vector3d none = Vector3d::Zero();
+  mj_applyFT(model_->raw(), data_, none.data(), moment.data(), data_->xpos + 3 * body.value,
+             body.value, tau.data());
 }
 
 void Snapshot::externalForce(Eigen::Ref<VectorXd> tau) const {

@@ -47,10 +47,14 @@ class Snapshot {
   Vector3d linearMomentum() const;   ///< [kg·m/s]
   Vector3d angularMomentum() const;  ///< of the robot about its COM [kg·m²/s]
 
-  Vector3d bodyPosition(BodyId body) const;  ///< p_WB, origin of the body's frame [m]
-  Matrix3d bodyRotation(BodyId body) const;  ///< R_WB
-  Vector3d bodyCom(BodyId body) const;       ///< p_WBcm [m]
-  Vector3d bodyVelocity(BodyId body) const;  ///< of the body's origin, v_WB [m/s]
+  Vector3d bodyPosition(BodyId body) const;     ///< p_WB, origin of the body's frame [m]
+  Matrix3d bodyRotation(BodyId body) const;     ///< R_WB
+  Vector3d bodyCom(BodyId body) const;          ///< p_WBcm [m]
+  Vector3d bodyVelocity(BodyId body) const;     ///< of the body's origin, v_WB [m/s]
+  Vector3d position(const BodyPoint& p) const;  ///< p_WP [m]
+  Vector3d velocity(const BodyPoint& p) const;  ///< v_WP [m/s]
+  /// What the motors were told for the step that led here, (nu) [N·m]; 0 at the start.
+  Eigen::Map<const VectorXd> torque() const;
 
   const std::vector<Contact>& contacts() const { return contacts_; }
   /// Those of contacts() that are between the robot and the world, seen from the robot.
@@ -77,6 +81,8 @@ class Snapshot {
 
   /// J with ṗ = J·v for the point p_BP (body frame) of a body, (3 x nv).
   void pointJacobian(BodyId body, const Vector3d& p_BP, Eigen::Ref<Matrix3Xd> J) const;
+  /// J with ω = J·v of a body, world axes, (3 x nv).
+  void rotationJacobian(BodyId body, Eigen::Ref<Matrix3Xd> J) const;
   /// Adds Jᵀf of a force on the COM [N] to tau (nv).
   void addComForce(const Vector3d& f, Eigen::Ref<VectorXd> tau) const;
   /// J with comVelocity = J·v, (3 x nv).
@@ -85,6 +91,8 @@ class Snapshot {
   /// Adds Jᵀf of a force f [N] at the point p_BP (body frame) of a body to tau, (nv) [N·m].
   void addPointForce(BodyId body, const Vector3d& p_BP, const Vector3d& f,
                      Eigen::Ref<VectorXd> tau) const;
+  /// The same of a moment on a body [N·m].
+  void addMoment(BodyId body, const Vector3d& moment, Eigen::Ref<VectorXd> tau) const;
 
   /// Everything but motors that acts along v: gravity, Coriolis, passive damping, what World::push
   /// exerts now, and the contact and limit forces of the last step, (nv) [N·m].

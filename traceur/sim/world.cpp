@@ -110,6 +110,30 @@ State World::state() const {
   return {snapshot_.time(), snapshot_.q(), snapshot_.v()};
 }
 
+Checkpoint World::save() const {
+  const mjModel* m = model_->raw();
+  Checkpoint c;
+  c.model_ = model_;
+  c.data_ = {mj_copyData(nullptr, m, data_),
+             [](const mjData* d) { mj_deleteData(const_cast<mjData*>(d)); }};
+  c.snapshot_ = snapshot_;
+  c.state_ = state();
+  c.pushed_ = pushed_;
+  c.out_of_room_ = out_of_room_;
+  return c;
+}
+
+void World::restore(const Checkpoint& from) {
+  assert(!from.empty() && from.model_ == model_);
+  mj_copyData(data_, model_->raw(), from.data_.get());
+  const bool watches = snapshot_.wants_joint_forces_;
+  snapshot_ = from.snapshot_;
+  snapshot_.data_ = data_;
+  watchJointForces(watches);
+  pushed_ = from.pushed_;
+  out_of_room_ = from.out_of_room_;
+}
+
 bool World::diverged() const {
   for (const int warning : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC, mjWARN_BADCTRL}) {
     if (data_->warning[warning].number > 0) return true;

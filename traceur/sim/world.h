@@ -17,6 +17,25 @@ struct Torque {
   VectorXd tau;
 };
 
+/// All that a world is: put into another world of the same model, it goes on from there with the
+/// same bits, contacts, warm starts and pushes included. Cheap to copy: immutable.
+class Checkpoint {
+ public:
+  Checkpoint() = default;  // of nothing
+
+  bool empty() const { return !data_; }
+  const State& state() const { return state_; }
+
+ private:
+  friend class World;
+  std::shared_ptr<const Model> model_;
+  std::shared_ptr<const mjData_> data_;
+  Snapshot snapshot_;
+  State state_;
+  bool pushed_ = false;
+  bool out_of_room_ = false;
+};
+
 /// Life of a world:
 ///   1. reset(state) before the first step of an episode.
 ///   2. step(torque) once per time step; allocates nothing but, where contacts never were so many,
@@ -43,6 +62,9 @@ class World {
   /// @throws InputError as reset()
   void place(const State& state);
   void step(const Torque& torque);
+  Checkpoint save() const;
+  /// Instead of reset(): as the world was that the checkpoint was taken from, of the same model.
+  void restore(const Checkpoint& from);
   /// A force [N] and moment [N·m] in world axes on a body at its COM, held until changed or reset.
   void push(BodyId body, const Vector3d& force, const Vector3d& moment = Vector3d::Zero());
 
