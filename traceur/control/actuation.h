@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "traceur/control/stable_pd.h"
+#include "traceur/control/virtual_force.h"
 
 namespace traceur::control {
 
@@ -19,26 +20,35 @@ struct Command {
   bool expected = true;
 };
 
-/// Virtual forces, PD control, and one clamp of what motors have to give:
+/// Virtual forces, PID control, and one clamp of what motors have to give:
 ///
-///     τ₀ = Σ Jᵀ f,   τ = clamp(τ₀ + PD(q, v, τ₀ or 0))   limited, else   τ₀ + clamp(PD(q, v, τ₀ or
-///     0))
+///     τ₀ = Σ Jᵀ f
+///     τ = clamp(τ₀ + PID(q, v, τ₀ or 0))   limited, else   τ₀ + clamp(PID(q, v, τ₀ or 0))
 ///
-/// with the robot's gains times the command's factors.
+/// with the robot's gains times the command's factors, kᵢ with the stiffness. The integral alone
+/// never asks for more than the motor's limit, so that it does not wind up [ours].
+///
+/// Life of an actuation: begin() once a trial, torque() each step.
 class Actuation {
  public:
   explicit Actuation(StablePd pd);
 
+  /// @param integral  of the errors so far, by joint [rad·s]; empty: none
+  void begin(const VectorXd& integral = {});
+  const VectorXd& integral() const { return integral_; }
   void torque(const sim::Snapshot& s, const Command& command, sim::Torque& torque);
 
   const sim::Model& model() const { return *model_; }
   std::span<const sim::JointLimit> limits() { return pd_.limits(); }
 
  private:
+  void integrate(const sim::Snapshot& s, const JointTarget& target);
+
   StablePd pd_;
   std::shared_ptr<const sim::Model> model_;
   std::vector<sim::JointGain> gains_;
-  VectorXd tau_;  // (nv)
+  VectorXd integral_;  // of q* - q, by joint [rad·s]
+  VectorXd tau_;       // (nv)
 };
 
 }  // namespace traceur::control

@@ -74,5 +74,51 @@ TEST(Actuation, ForcesAreExpectedOrNotAndLimitedOrNot) {
   EXPECT_NEAR(b(), 70 + 50, 1e-9);
 }
 
+TEST(Actuation, AnIntegralGainHoldsAgainstAConstantForce) {
+  // The tip 1 m along -z, pushed by 5 N along x: a moment of 5 N m that PD alone gives way to.
+  const auto settled = [](double ki, double force) {
+    sim::World world(rod());
+    StablePd gains(rod(), {{.kp = 100, .kd = 20, .ki = ki}});
+    gains.limits()[0].torque = 50;
+    Actuation actuation(std::move(gains));
+    world.reset({0, VectorXd::Zero(1), VectorXd::Zero(1)});
+    Command command;
+    command.target.q = VectorXd::Zero(1);
+    sim::Torque torque;
+    world.push(world.model().body("rod"), sim::Vector3d::Zero(), {0, force, 0});
+    for (int i = 0; i < 20000; ++i) {
+      actuation.torque(world.snapshot(), command, torque);
+      world.step(torque);
+    }
+    return std::pair(world.state().q[0], actuation.integral()[0]);
+  };
+  EXPECT_NEAR(settled(0, 5).first, 0.05, 1e-6);
+  EXPECT_EQ(settled(0, 5).second, 0);
+  const auto [q, integral] = settled(100, 5);
+  EXPECT_NEAR(q, 0, 1e-6);
+  EXPECT_NEAR(100 * integral, -5, 1e-3);
+  // Against more than the motor has, it does not wind up.
+  EXPECT_EQ(100 * settled(100, 500).second, -50);
+}
+
+TEST(Actuation, AnIntegralIsOfItsTrialAndFollowsTheStiffness) {
+  Actuation actuation(StablePd(rod(), {{.kp = 0, .kd = 0, .ki = 10}}));
+  sim::World world(rod());
+  world.reset({0, VectorXd::Zero(1), VectorXd::Zero(1)});
+  Command command;
+  command.target.q = VectorXd::Constant(1, 2);
+  sim::Torque torque;
+  actuation.torque(world.snapshot(), command, torque);
+  EXPECT_DOUBLE_EQ(torque.tau[0], 10 * 0.002);
+  command.stiffness = VectorXd::Constant(1, 0.5);
+  actuation.torque(world.snapshot(), command, torque);
+  EXPECT_DOUBLE_EQ(torque.tau[0], 5 * 0.004);
+  const VectorXd so_far = actuation.integral();
+  actuation.begin();
+  EXPECT_EQ(actuation.integral()[0], 0);
+  actuation.begin(so_far);
+  EXPECT_EQ(actuation.integral(), so_far);
+}
+
 }  // namespace
 }  // namespace traceur::control

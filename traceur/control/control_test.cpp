@@ -1,13 +1,16 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "traceur/control/expression.h"
 #include "traceur/control/signals.h"
 #include "traceur/control/stable_pd.h"
+#include "traceur/control/virtual_force.h"
 #include "traceur/core/error.h"
 
 namespace traceur::control {
@@ -567,33 +570,188 @@ TEST(Signals, AForceOnABodyIsWhatTheOthersExert) {
 TEST(Signals, OffersTheNamesOfAllItKnows) {
   const auto model = bioloid();
   const std::vector<std::string> names = Signals(model).names();
-  const size_t bodies = model->bodies() - 1;
-  EXPECT_EQ(names.size(), 4 + 4 * 3 + 2 * (1 + model->robot()->bodies.size() + bodies) +
-                              6 * bodies + 2 * model->joints().size());
   for (const sim::BodyId body : {sim::BodyId{1}, sim::BodyId{model->bodies() - 1}}) {
-    for (const std::string& name :
-         {"contact." + model->bodyName(body), "contact_force." + model->bodyName(body),
-          "body." + model->bodyName(body) + ".x",
-          "body_velocity." + model->bodyName(body) + ".z"}) {
-      EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+    const std::string name = model->bodyName(body);
+    for (const std::string& signal :
+         {"contact." + name, "contact_force." + name, "impulse." + name, "body." + name + ".x",
+          "body_velocity." + name + ".z", "body_com." + name + ".y", "attitude." + name + ".yaw"}) {
+      EXPECT_NE(std::find(names.begin(), names.end(), signal), names.end()) << signal;
     }
+  }
+  for (const char* signal : {"support.margin", "linear_momentum.y", "joint.thigh", "torque.l_shin",
+                             "power.robot", "joint_force.r_heel", "point.left_toe.z",
+                             "point_velocity.head.x", "body.feet.x", "contact.robot"}) {
+    EXPECT_NE(std::find(names.begin(), names.end(), signal), names.end()) << signal;
   }
 }
 
-TEST(Signals, OffersNoNameThatAnExpressionCannotSpell) {
+TEST(Signals, OffersNamesAsExpressionsSpellThem) {
   Signals signals(sim::Model::fromMjcf(R"(<mujoco><worldbody><body name="left-foot"><freejoint/>
     <geom size=".1"/><body name="right_foot"><joint name="an ankle"/><geom size=".1"/></body>
     </body></worldbody></mujoco>)"));
   const std::vector<std::string> names = signals.names();
-  EXPECT_NE(std::find(names.begin(), names.end(), "body.right_foot.z"), names.end());
-  for (const std::string& name : names) EXPECT_TRUE(Expression::isName(name)) << name;
+  const auto has = [&](const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  EXPECT_TRUE(has("body.right_foot.z"));
+  EXPECT_TRUE(has("body.'left-foot'.z"));
+  EXPECT_TRUE(has("joint.'an ankle'"));
+  for (const std::string& name : names) {
+    EXPECT_EQ(Expression::namesIn(name).size(), 1U) << name;
+    EXPECT_NO_THROW(Expression(name, [&](const std::string& n) { return signals.find(n); }))
+        << name;
+  }
+}
+
+TEST(Expression, QuotesNameWhatIsNoName) {
+  const double five = 5;
+  const auto lookup = [&](const std::string& name) {
+    return name == "joint.hip-l" ? &five : nullptr;
+  };
+  EXPECT_EQ(Expression("2 * joint.'hip-l' + 1", lookup).value(), 11);
+  EXPECT_EQ(Expression("'joint.hip-l' - joint.'hip-l'", lookup).value(), 0);
+  EXPECT_EQ(Expression::namesIn("a + b.'c d'.x"), (std::vector<std::string>{"a", "b.c d.x"}));
+  EXPECT_EQ(Expression::spelled("joint.hip-l"), "joint.'hip-l'");
+  EXPECT_EQ(Expression::spelled("joint.hip"), "joint.hip");
+  EXPECT_THROW(Expression("joint.'hip", lookup), InputError);
+  try {
+    Expression("joint.'hip-r'", lookup);
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("joint.hip-r"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Signals, TellWhatTheyAreDefinedAs) {
+  const auto model = bioloid();
+  sim::World world(model);
+  world.watchJointForces(true);
+  sim::State state = model->stateOf(model->robot()->poses.at("stand"));
+  state.q[2] += 0.01;
+  for (double& v : state.v) v = 0.1;
+  Signals signals(model);
+  EXPECT_FALSE(signals.readsJointForces());
+  std::map<std::string, const double*> at;
+  for (const char* name :
+       {"linear_momentum.x", "body.feet.y", "body_com.torso.x", "body_velocity.feet.z",
+        "attitude.l_foot.pitch", "point.left_toe.x", "point_velocity.left_toe.x", "joint.thigh",
+        "joint.hip", "joint_velocity.hip", "joint_force.l_heel", "torque.l_shin", "power.l_shin",
+        "power.robot", "support.margin", "support.x", "impulse.feet", "contact_force.feet"}) {
+    at[name] = signals.find(name);
+    ASSERT_TRUE(at[name]) << name;
+  }
+  EXPECT_TRUE(signals.readsJointForces());
+  world.reset(state);
+  signals.begin();
+  signals.update(world.snapshot());
+  EXPECT_TRUE(std::isnan(*at["support.margin"]));  // in the air
+  EXPECT_TRUE(std::isnan(*at["support.x"]));
+  StablePd pd = defaultController(model);
+  const JointTarget target = targetOf(*model, state);
+  VectorXd tau(model->nv());
+  sim::Torque command;
+  std::vector<double> forces;
+  for (int i = 0; i < 700; ++i) {
+    tau.setZero();
+    pd.addTorque(world.snapshot(), target, tau);
+    toMotors(*model, tau, command);
+    world.step(command);
+    signals.update(world.snapshot());
+    forces.push_back(*at["contact_force.feet"]);
+  }
+  const sim::Snapshot& s = world.snapshot();
+  const auto body = [&](const char* name) { return model->body(name); };
+  const auto joint = [&](const char* name) { return model->joint(name); };
+  EXPECT_EQ(*at["linear_momentum.x"], s.linearMomentum().x());
+  EXPECT_EQ(*at["body.feet.y"],
+            (s.bodyPosition(body("l_foot")).y() + s.bodyPosition(body("r_foot")).y()) / 2);
+  EXPECT_EQ(*at["body_com.torso.x"], s.bodyCom(body("torso")).x());
+  EXPECT_EQ(*at["body_velocity.feet.z"],
+            (s.bodyVelocity(body("l_foot")).z() + s.bodyVelocity(body("r_foot")).z()) / 2);
+  const Eigen::Matrix3d R = s.bodyRotation(body("l_foot"));
+  EXPECT_NEAR(std::sin(*at["attitude.l_foot.pitch"]), -R(2, 0), 1e-12);
+  EXPECT_EQ(*at["point.left_toe.x"], s.position(model->contactPoint("left_toe")).x());
+  EXPECT_EQ(*at["point_velocity.left_toe.x"], s.velocity(model->contactPoint("left_toe")).x());
+  EXPECT_EQ(*at["joint.thigh"], (s.q()[joint("l_thigh").q] + s.q()[joint("r_thigh").q]) / 2);
+  EXPECT_EQ(*at["joint.hip"], (s.q()[joint("l_hip").q] - s.q()[joint("r_hip").q]) / 2);
+  EXPECT_EQ(*at["joint_velocity.hip"], (s.v()[joint("l_hip").v] - s.v()[joint("r_hip").v]) / 2);
+  EXPECT_EQ(*at["joint_force.l_heel"], s.jointForces().col(joint("l_heel").body.value).norm());
+  EXPECT_GT(*at["joint_force.l_heel"], 3);
+  const sim::Joint shin = joint("l_shin");
+  EXPECT_EQ(*at["torque.l_shin"], command.tau[shin.motor]);
+  EXPECT_EQ(*at["power.l_shin"], command.tau[shin.motor] * s.v()[shin.v]);
+  double power = 0;
+  for (const sim::Joint& j : model->joints()) {
+    power += std::abs(command.tau[j.motor] * s.v()[j.v]);
+  }
+  EXPECT_NEAR(*at["power.robot"], power, 1e-15);
+  double impulse = 0;
+  for (size_t i = forces.size() - 10; i < forces.size(); ++i) impulse += 0.001 * forces[i];
+  EXPECT_NEAR(*at["impulse.feet"], impulse, 1e-12);
+  EXPECT_NEAR(impulse, 0.01 * model->mass() * 9.81, 0.02);  // it stands
+  // Under the middle of the soles, of 97 mm each and some 60 mm apart.
+  EXPECT_GT(*at["support.margin"], 0.02);
+  EXPECT_LT(*at["support.margin"], 0.05);
+  EXPECT_NEAR(*at["support.x"], *at["body.feet.y"] + s.cop()->x(), 0.02);
+  signals.begin();
+  signals.update(s);
+  EXPECT_NEAR(*at["impulse.feet"], 0.001 * forces.back(), 1e-12);
+}
+
+TEST(Signals, TheMarginIsTheDistanceToTheNearestEdgeAndNegativeOutside) {
+  // A box of 0.4 m by 0.2 m whose COM is 0.05 m from one of its long edges.
+  const auto margin = [](double y) {
+    const auto model = sim::Model::fromMjcf(fmt::format(
+        R"(<mujoco><option timestep="0.001"/><worldbody><geom type="plane" size="1 1 1"/>
+        <body name="box" pos="0 0 0.099"><freejoint/>
+        <inertial pos="0 {} -0.09" mass="1" diaginertia="1 1 1"/>
+        <geom type="box" size="0.2 0.1 0.1"/></body></worldbody></mujoco>)",
+        y));
+    sim::World world(model);
+    Signals signals(model);
+    const double* value = signals.find("support.margin");
+    for (int i = 0; i < 30; ++i) world.step({VectorXd::Zero(0)});
+    signals.update(world.snapshot());
+    return *value;
+  };
+  EXPECT_NEAR(margin(0.05), 0.05, 2e-3);
+  EXPECT_NEAR(margin(-0.02), 0.08, 2e-3);
+  EXPECT_NEAR(margin(0.13), -0.03, 4e-3);
+}
+
+TEST(VirtualForce, WithItsReactionGivesTheRobotAsAWholeNothing) {
+  const auto model = bioloid();
+  sim::World world(model);
+  world.reset(model->stateOf(model->robot()->poses.at("crouch")));
+  const sim::Snapshot& s = world.snapshot();
+  const std::vector<sim::BodyId> feet = {model->body("l_foot"), model->body("r_foot")};
+  VirtualForce at_com;
+  at_com.at_com = true;
+  at_com.f = {3, -2, 8};
+  for (const VirtualForce& force : {at_com, VirtualForce{.body = model->body("l_hand"),
+                                            .p_BP = {0.05, 0, 0.01},
+                                            .f = {1, 4, -2},
+                                            .at_com = false,
+                                            .moment = {0.1, -0.4, 0.2}}}) {
+    VectorXd alone = VectorXd::Zero(model->nv());
+    force.addTorque(s, alone);
+    EXPECT_GT(alone.head<6>().norm(), 1);
+    VectorXd both = alone;
+    const std::vector<VirtualForce> against = reaction(s, force, feet);
+    ASSERT_EQ(against.size(), 2U);
+    for (const VirtualForce& r : against) r.addTorque(s, both);
+    EXPECT_LT(both.head<6>().norm(), 1e-12);
+    EXPECT_GT(both.tail(model->nv() - 6).norm(), 0.01);
+  }
+  EXPECT_TRUE(reaction(s, at_com, {}).empty());
 }
 
 TEST(Signals, EveryNameItOffersExistsAndOthersDoNot) {
   Signals signals(bioloid());
   for (const std::string& name : signals.names()) EXPECT_TRUE(signals.find(name)) << name;
   for (const char* name : {"com", "com.w", "com.{", "com_x", ".x", "contact.nose", "joint.knee",
-                           "body.torso", "speed"}) {
+                           "support.z", "point.toe.x", "attitude.nose.yaw", "torque.thigh",
+                           "impulse.nose", "body.torso", "speed"}) {
     EXPECT_FALSE(signals.find(name)) << name;
   }
 }

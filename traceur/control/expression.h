@@ -11,7 +11,8 @@ namespace traceur::control {
 
 /// An arithmetic expression: + - * / ^, comparisons, && ||, c ? a : b, and abs, min, max, sqrt,
 /// exp, sin, cos, tan, atan2, sign, … and pi (muParser's language, without assignment). Names may
-/// hold dots. True is 1, false is 0. Comparisons with not-a-number are false, but for != .
+/// hold dots, and what is between single quotes is a part of one whatever it holds: joint.'hip-l'.
+/// True is 1, false is 0. Comparisons with not-a-number are false, but for != .
 class Expression {
  public:
   /// Where a name's value lives, or null if nothing has that name.
@@ -39,6 +40,9 @@ class Expression {
   /// Whether a text can be a name in an expression: letters, digits, '_' and '.', no digit first,
   /// and no function or constant of the language.
   static bool isName(const std::string& text);
+  /// How a text reads what has this name: where it is none by itself, with quotes about the parts
+  /// between its dots that need them.
+  static std::string spelled(const std::string& name);
 
  private:
   struct Parser;

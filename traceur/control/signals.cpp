@@ -1,7 +1,9 @@
 #include "traceur/control/signals.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -13,8 +15,15 @@ namespace {
 
 using sim::BodyId;
 using sim::Snapshot;
+using sim::Vector2d;
 using sim::Vector3d;
 
+constexpr const char* kRobot = "robot";
+constexpr const char* kImpulse = "impulse.";
+constexpr const char* kJointForce = "joint_force.";
+constexpr const char* kAngles[] = {".roll", ".pitch", ".yaw"};
+/// Long enough that the contact's softness hardly matters, as falls measure it [s].
+constexpr double kImpulseWindow = 0.01;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// "com.x" → {"com", 0}.
@@ -33,6 +42,20 @@ std::optional<Component> component(const std::string& text) {
 std::optional<std::string> after(const std::string& text, std::string_view prefix) {
   if (!text.starts_with(prefix)) return std::nullopt;
   return text.substr(prefix.size());
+}
+
+std::optional<std::string> before(const std::string& text, std::string_view suffix) {
+  if (!text.ends_with(suffix)) return std::nullopt;
+  return text.substr(0, text.size() - suffix.size());
+}
+
+bool mayBe(const auto& read) {
+  try {
+    read();
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 /// Roll, pitch, yaw of R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -56,6 +79,32 @@ int sideIn(const sim::Model& model, const std::vector<bool>& bodies, const sim::
   return a ? -1 : 1;
 }
 
+Vector2d supportMiddle(const Snapshot& s) {
+  const std::vector<Vector2d> corners = s.supportPolygon();
+  if (corners.empty()) return Vector2d::Constant(kNan);
+  Vector2d sum = Vector2d::Zero();
+  for (const Vector2d& c : corners) sum += c;
+  return sum / static_cast<double>(corners.size());
+}
+
+double supportMargin(const Snapshot& s) {
+  const std::vector<Vector2d> corners = s.supportPolygon();
+  if (corners.empty()) return kNan;
+  const Vector2d com = s.com().head<2>();
+  bool inside = corners.size() > 2;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Vector2d a = corners[i];
+    const Vector2d edge = corners[(i + 1) % corners.size()] - a;
+    const Vector2d way = com - a;
+    inside = inside && edge.x() * way.y() - edge.y() * way.x() >= 0;  // counter-clockwise
+    const double length = edge.squaredNorm();
+    const double along = length > 0 ? std::clamp(way.dot(edge) / length, 0.0, 1.0) : 0;
+    nearest = std::min(nearest, (way - along * edge).norm());
+  }
+  return inside ? nearest : -nearest;
+}
+
 }  // namespace
 
 Signals::Signals(std::shared_ptr<const sim::Model> model) : model_(std::move(model)) {}
@@ -66,19 +115,42 @@ const double* Signals::find(const std::string& name) {
   }
   auto read = reader(name);
   if (!read) return nullptr;
-  entries_.push_back(std::make_unique<Entry>(Entry{name, std::move(read)}));
+  auto entry = std::make_unique<Entry>();
+  entry->name = name;
+  entry->read = std::move(read);
+  entry->windowed = name.starts_with(kImpulse);
+  entries_.push_back(std::move(entry));
   return &entries_.back()->value;
 }
 
+bool Signals::readsJointForces() const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [](const auto& e) { return e->name.starts_with(kJointForce); });
+}
+
+void Signals::begin() {
+  for (const auto& e : entries_) e->window.clear();
+}
+
 void Signals::update(const Snapshot& s) {
-  for (const auto& e : entries_) e->value = e->read(s);
+  for (const auto& e : entries_) {
+    if (!e->windowed) {
+      e->value = e->read(s);
+      continue;
+    }
+    const auto steps =
+        static_cast<size_t>(std::max(1L, std::lround(kImpulseWindow / model_->timeStep())));
+    e->window.push_back(model_->timeStep() * e->read(s));
+    if (e->window.size() > steps) e->window.pop_front();
+    e->value = std::accumulate(e->window.begin(), e->window.end(), 0.0);
+  }
 }
 
 std::vector<bool> Signals::bodiesNamed(const std::string& name) const {
   const sim::Model& m = *model_;
   std::vector<bool> in(m.bodies(), false);
   const sim::Robot* robot = m.robot().get();
-  if (name == "robot") {
+  if (name == kRobot) {
     for (int b = 1; b < m.bodies(); ++b) in[b] = m.isRobot({b});
   } else if (robot && robot->bodies.contains(name)) {
     for (const std::string& body : robot->bodies.at(name)) in[m.body(body).value] = true;
@@ -88,57 +160,143 @@ std::vector<bool> Signals::bodiesNamed(const std::string& name) const {
   return in;
 }
 
-std::function<double(const Snapshot&)> Signals::reader(const std::string& name) const {
+std::vector<BodyId> Signals::bodyOrGroup(const std::string& name) const {
+  const sim::Robot* robot = model_->robot().get();
+  const bool body = mayBe([&] { return model_->body(name); });
+  if (body || !robot || !robot->bodies.contains(name)) return {model_->body(name)};
+  std::vector<BodyId> all;
+  for (const std::string& one : robot->bodies.at(name)) all.push_back(model_->body(one));
+  return all;
+}
+
+std::vector<std::pair<sim::Joint, double>> Signals::jointOrPair(const std::string& name) const {
+  const sim::Robot* robot = model_->robot().get();
+  const bool joint = mayBe([&] { return model_->joint(name); });
+  if (joint || !robot || !robot->mirrored.contains(name)) return {{model_->joint(name), 1}};
+  std::vector<std::pair<sim::Joint, double>> both;
+  for (const sim::SignedJoint& j : robot->jointsNamed(name)) {
+    both.emplace_back(model_->joint(j.joint), j.sign);
+  }
+  return both;
+}
+
+Signals::Reader Signals::contactReader(const std::string& name) const {
+  if (const auto group = after(name, "contact.")) {
+    return [m = model_.get(), in = bodiesNamed(*group)](const Snapshot& s) {
+      int n = 0;
+      for (const sim::Contact& c : s.contacts()) n += sideIn(*m, in, c) != 0;
+      return static_cast<double>(n);
+    };
+  }
+  auto group = after(name, "contact_force.");
+  if (!group) group = after(name, kImpulse);
+  if (!group) return {};
+  return [m = model_.get(), in = bodiesNamed(*group)](const Snapshot& s) {
+    double f = 0;
+    for (const sim::Contact& c : s.contacts()) f += sideIn(*m, in, c) * c.f_WC.z();
+    return f;
+  };
+}
+
+Signals::Reader Signals::jointReader(const std::string& name) const {
+  const auto mean = [](auto both, auto read) {
+    return [both = std::move(both), read](const Snapshot& s) {
+      double sum = 0;
+      for (const auto& [joint, sign] : both) sum += sign * read(s, joint);
+      return both.size() == 1 ? sum : sum / static_cast<double>(both.size());
+    };
+  };
+  if (const auto joint = after(name, "joint.")) {
+    return mean(jointOrPair(*joint),
+                [](const Snapshot& s, const sim::Joint& j) { return s.q()[j.q]; });
+  }
+  if (const auto joint = after(name, "joint_velocity.")) {
+    return mean(jointOrPair(*joint),
+                [](const Snapshot& s, const sim::Joint& j) { return s.v()[j.v]; });
+  }
+  if (const auto joint = after(name, kJointForce)) {
+    return [body = model_->joint(*joint).body](const Snapshot& s) {
+      return s.jointForces().col(body.value).norm();
+    };
+  }
+  const auto torque = [](const Snapshot& s, const sim::Joint& j) {
+    return j.motor < 0 ? 0 : s.torque()[j.motor];
+  };
+  if (const auto joint = after(name, "torque.")) {
+    return [torque, j = model_->joint(*joint)](const Snapshot& s) { return torque(s, j); };
+  }
+  if (name == "power.robot") {
+    return [torque, m = model_.get()](const Snapshot& s) {
+      double sum = 0;
+      for (const sim::Joint& j : m->joints()) sum += std::abs(torque(s, j) * s.v()[j.v]);
+      return sum;
+    };
+  }
+  if (const auto joint = after(name, "power.")) {
+    return [torque, j = model_->joint(*joint)](const Snapshot& s) {
+      return torque(s, j) * s.v()[j.v];
+    };
+  }
+  return {};
+}
+
+Signals::Reader Signals::vectorReader(const std::string& name, int i) const {
+  if (name == "com") return [i](const Snapshot& s) { return s.com()[i]; };
+  if (name == "com_velocity") return [i](const Snapshot& s) { return s.comVelocity()[i]; };
+  if (name == "linear_momentum") return [i](const Snapshot& s) { return s.linearMomentum()[i]; };
+  if (name == "angular_momentum") {
+    return [i](const Snapshot& s) { return s.angularMomentum()[i]; };
+  }
+  if (name == "cop") {
+    return [i](const Snapshot& s) {
+      const auto p = s.cop();
+      return p ? (*p)[i] : kNan;
+    };
+  }
+  if (name == "support" && i < 2) return [i](const Snapshot& s) { return supportMiddle(s)[i]; };
+  const auto mean = [i](std::vector<BodyId> bodies, auto read) {
+    return [i, bodies = std::move(bodies), read](const Snapshot& s) {
+      if (bodies.size() == 1) return read(s, bodies.front())[i];
+      double sum = 0;
+      for (const BodyId b : bodies) sum += read(s, b)[i];
+      return sum / static_cast<double>(bodies.size());
+    };
+  };
+  if (const auto body = after(name, "body.")) {
+    return mean(bodyOrGroup(*body), [](const Snapshot& s, BodyId b) { return s.bodyPosition(b); });
+  }
+  if (const auto body = after(name, "body_velocity.")) {
+    return mean(bodyOrGroup(*body), [](const Snapshot& s, BodyId b) { return s.bodyVelocity(b); });
+  }
+  if (const auto body = after(name, "body_com.")) {
+    return mean(bodyOrGroup(*body), [](const Snapshot& s, BodyId b) { return s.bodyCom(b); });
+  }
+  if (const auto point = after(name, "point.")) {
+    return [i, p = model_->contactPoint(*point)](const Snapshot& s) { return s.position(p)[i]; };
+  }
+  if (const auto point = after(name, "point_velocity.")) {
+    return [i, p = model_->contactPoint(*point)](const Snapshot& s) { return s.velocity(p)[i]; };
+  }
+  return {};
+}
+
+Signals::Reader Signals::reader(const std::string& name) const {
   try {
     if (name == "time") return [](const Snapshot& s) { return s.time(); };
-    if (const auto group = after(name, "contact.")) {
-      return [m = model_.get(), in = bodiesNamed(*group)](const Snapshot& s) {
-        int n = 0;
-        for (const sim::Contact& c : s.contacts()) n += sideIn(*m, in, c) != 0;
-        return static_cast<double>(n);
-      };
-    }
-    if (const auto group = after(name, "contact_force.")) {
-      return [m = model_.get(), in = bodiesNamed(*group)](const Snapshot& s) {
-        double f = 0;
-        for (const sim::Contact& c : s.contacts()) f += sideIn(*m, in, c) * c.f_WC.z();
-        return f;
-      };
-    }
-    if (const auto joint = after(name, "joint.")) {
-      return [i = model_->joint(*joint).q](const Snapshot& s) { return s.q()[i]; };
-    }
-    if (const auto joint = after(name, "joint_velocity.")) {
-      return [i = model_->joint(*joint).v](const Snapshot& s) { return s.v()[i]; };
-    }
+    if (name == "support.margin") return supportMargin;
+    if (auto read = contactReader(name)) return read;
+    if (auto read = jointReader(name)) return read;
     for (int axis = 0; axis < 3; ++axis) {
-      static constexpr const char* kAngles[] = {"root.roll", "root.pitch", "root.yaw"};
-      if (name == kAngles[axis]) {
-        return [axis, root = model_->root()](const Snapshot& s) {
-          return attitude(s.bodyRotation(root), axis);
-        };
-      }
-    }
-    const auto part = component(name);
-    if (!part) return {};
-    const int i = part->axis;
-    if (part->name == "com") return [i](const Snapshot& s) { return s.com()[i]; };
-    if (part->name == "com_velocity") return [i](const Snapshot& s) { return s.comVelocity()[i]; };
-    if (part->name == "angular_momentum") {
-      return [i](const Snapshot& s) { return s.angularMomentum()[i]; };
-    }
-    if (part->name == "cop") {
-      return [i](const Snapshot& s) {
-        const auto p = s.cop();
-        return p ? (*p)[i] : kNan;
+      const std::string angle = kAngles[axis];
+      const auto body = before(name, angle);
+      if (!body) continue;
+      const auto named = after(*body, "attitude.");
+      if (*body != "root" && !named) continue;
+      return [axis, id = named ? model_->body(*named) : model_->root()](const Snapshot& s) {
+        return attitude(s.bodyRotation(id), axis);
       };
     }
-    if (const auto body = after(part->name, "body.")) {
-      return [i, id = model_->body(*body)](const Snapshot& s) { return s.bodyPosition(id)[i]; };
-    }
-    if (const auto body = after(part->name, "body_velocity.")) {
-      return [i, id = model_->body(*body)](const Snapshot& s) { return s.bodyVelocity(id)[i]; };
-    }
+    if (const auto part = component(name)) return vectorReader(part->name, part->axis);
   } catch (const InputError&) {
     // a body or joint the model lacks: no such signal
   }
@@ -146,30 +304,45 @@ std::function<double(const Snapshot&)> Signals::reader(const std::string& name) 
 }
 
 std::vector<std::string> Signals::names() const {
-  std::vector<std::string> out = {"time", "root.roll", "root.pitch", "root.yaw"};
+  std::vector<std::string> out = {"time", "support.x", "support.y", "support.margin",
+                                  "power.robot"};
+  const auto angles = [&](const std::string& name) {
+    for (const char* angle : kAngles) out.push_back(name + angle);
+  };
   const auto vector = [&](const std::string& name) {
     for (const char* axis : {".x", ".y", ".z"}) out.push_back(name + axis);
   };
-  for (const char* name : {"com", "com_velocity", "angular_momentum", "cop"}) vector(name);
   const auto group = [&](const std::string& name) {
-    out.push_back("contact." + name);
-    out.push_back("contact_force." + name);
+    for (const char* kind : {"contact.", "contact_force.", kImpulse}) out.push_back(kind + name);
   };
-  group("robot");
-  if (const sim::Robot* robot = model_->robot().get()) {
-    for (const auto& [name, unused] : robot->bodies) group(name);
+  const auto body = [&](const std::string& name) {
+    group(name);
+    for (const char* kind : {"body.", "body_velocity.", "body_com."}) vector(kind + name);
+  };
+  angles("root");
+  for (const char* name : {"com", "com_velocity", "linear_momentum", "angular_momentum", "cop"}) {
+    vector(name);
   }
+  group(kRobot);
   for (int b = 1; b < model_->bodies(); ++b) {
-    const std::string body = model_->bodyName({b});
-    group(body);
-    vector("body." + body);
-    vector("body_velocity." + body);
+    body(model_->bodyName({b}));
+    angles("attitude." + model_->bodyName({b}));
   }
+  const auto joint = [&](const std::string& name) {
+    for (const char* kind : {"joint.", "joint_velocity."}) out.push_back(kind + name);
+  };
   for (const sim::Joint& j : model_->joints()) {
-    out.push_back("joint." + j.name);
-    out.push_back("joint_velocity." + j.name);
+    joint(j.name);
+    for (const char* kind : {kJointForce, "torque.", "power."}) out.push_back(kind + j.name);
   }
-  std::erase_if(out, [](const std::string& name) { return !Expression::isName(name); });
+  if (const sim::Robot* robot = model_->robot().get()) {
+    for (const auto& [name, unused] : robot->bodies) body(name);
+    for (const auto& [name, unused] : robot->mirrored) joint(name);
+    for (const auto& [name, unused] : robot->contacts) {
+      for (const char* kind : {"point.", "point_velocity."}) vector(kind + name);
+    }
+  }
+  for (std::string& name : out) name = Expression::spelled(name);
   return out;
 }
 
@@ -178,16 +351,31 @@ std::string Signals::unitOf(const std::string& name) const {
       {"time", "s"},
       {"com.", "m"},
       {"com_velocity.", "m/s"},
+      {"linear_momentum.", "kg·m/s"},
       {"angular_momentum.", "kg·m²/s"},
       {"cop.", "m"},
+      {"support.", "m"},
       {"root.", "rad"},
+      {"attitude.", "rad"},
       {"body.", "m"},
       {"body_velocity.", "m/s"},
-      {"contact_force.", "N"}};
+      {"body_com.", "m"},
+      {"point.", "m"},
+      {"point_velocity.", "m/s"},
+      {kJointForce, "N"},
+      {"power.", "W"},
+      {"contact_force.", "N"},
+      {kImpulse, "N·s"}};
   if (!reader(name)) return "";
-  if (const auto joint = after(name, "joint.")) return model_->joint(*joint).slides ? "m" : "rad";
-  if (const auto joint = after(name, "joint_velocity.")) {
-    return model_->joint(*joint).slides ? "m/s" : "rad/s";
+  const auto of_joint = [&](std::string_view prefix, const char* slide, const char* hinge) {
+    const auto joint = after(name, prefix);
+    if (!joint) return "";
+    return jointOrPair(*joint).front().first.slides ? slide : hinge;
+  };
+  for (const std::string unit :
+       {of_joint("joint.", "m", "rad"), of_joint("joint_velocity.", "m/s", "rad/s"),
+        of_joint("torque.", "N", "N·m")}) {
+    if (!unit.empty()) return unit;
   }
   for (const auto& [prefix, unit] : kUnits) {
     if (name.starts_with(prefix)) return std::string(unit);

@@ -16,24 +16,29 @@ StablePd::StablePd(std::shared_ptr<const sim::Model> model, std::vector<sim::Joi
 }
 
 void StablePd::addTorque(const sim::Snapshot& s, const JointTarget& target,
-                         Eigen::Ref<VectorXd> tau, Clamp clamp) {
+                         Eigen::Ref<VectorXd> tau, Clamp clamp, const VectorXd* integral) {
   const std::vector<sim::Joint>& joints = model_->joints();
   const double dt = model_->timeStep();
   const auto q = s.q();
   const auto v = s.v();
+  const auto summed = [&](size_t i) {
+    return integral ? gains_[i].ki * (*integral)[static_cast<Eigen::Index>(i)] : 0;
+  };
   s.externalForce(vdot_);
   for (size_t i = 0; i < joints.size(); ++i) {
     const int d = joints[i].v;
     if (joints[i].motor >= 0) vdot_[d] += tau[d];
     const double error = q[joints[i].q] + dt * v[d] - target.q[i];
     vdot_[d] -= gains_[i].kp * error + gains_[i].kd * v[d];
+    if (gains_[i].ki > 0) vdot_[d] += summed(i);
     damping_[d] = gains_[i].kd * dt;
   }
   s.solveInertia(damping_, vdot_);
   for (size_t i = 0; i < joints.size(); ++i) {
     const int d = joints[i].v;
     const double error = q[joints[i].q] + dt * v[d] - target.q[i];
-    const double torque = -gains_[i].kp * error - gains_[i].kd * (v[d] + dt * vdot_[d]);
+    double torque = -gains_[i].kp * error - gains_[i].kd * (v[d] + dt * vdot_[d]);
+    if (gains_[i].ki > 0) torque += summed(i);
     switch (clamp) {
       case Clamp::kSum:
         tau[d] = limitedTorque(tau[d] + torque, v[d], limits_[i]);
@@ -58,16 +63,6 @@ double limitedTorque(double torque, double v, const sim::JointLimit& limit) {
     most *= fade;
   }
   return std::clamp(torque, -most, most);
-}
-
-// By value is how Eigen hands out what may be written.
-// NOLINTNEXTLINE(performance-unnecessary-value-param)
-void VirtualForce::addTorque(const sim::Snapshot& s, Eigen::Ref<VectorXd> tau) const {
-  if (at_com) {
-    s.addComForce(f, tau);
-  } else {
-    s.addPointForce(body, p_BP, f, tau);
-  }
 }
 
 void toMotors(const sim::Model& model, const VectorXd& tau, sim::Torque& command) {

@@ -23,6 +23,7 @@ struct JointTarget {
 ///     (M + K_d Δt) v̇ = f_ext + τ₀ − K_p (q + v Δt − q*) − K_d v
 ///     τ = −K_p (q + v Δt − q*) − K_d (v + v̇ Δt)                       [Tan2011, Eq. 5-7]
 ///
+/// and K_i ∫ (q* − q) dt with both where a joint has an integral gain [ours],
 /// so that gains far above those an explicit controller could hold neither ring nor explode: the
 /// published kp = 60, kd = 3 on links of 10⁻⁴ kg·m² are stable at 2 ms. f_ext are gravity,
 /// Coriolis, passive and last step's contact forces, τ₀ what other controllers have already added,
@@ -40,8 +41,9 @@ class StablePd {
   enum class Clamp { kSum, kOwn, kNone };
 
   /// Adds the torque, (nv) [N·m], each joint clamped at most once with its own limit.
+  /// @param integral  of q* − q until now, by joint [rad·s]; null: 0
   void addTorque(const sim::Snapshot& s, const JointTarget& target, Eigen::Ref<VectorXd> tau,
-                 Clamp clamp = Clamp::kSum);
+                 Clamp clamp = Clamp::kSum, const VectorXd* integral = nullptr);
 
   /// The limits and gains in force, by index in model.joints(); the limits are the robot's at
   /// first.
@@ -62,17 +64,6 @@ class StablePd {
 /// 90 % and 100 % of limit.speed [ours: narrow, so that the two limits mean what they say].
 /// Braking is never reduced by speed.
 double limitedTorque(double torque, double v, const sim::JointLimit& limit);
-
-/// A force at a point of a body or at the COM, exerted through the joints: τ = Jᵀ f.
-/// [Ha2015, §7.4.1]
-struct VirtualForce {
-  sim::BodyId body = {};
-  sim::Vector3d p_BP = sim::Vector3d::Zero();  ///< in the body's frame [m]
-  sim::Vector3d f = sim::Vector3d::Zero();     ///< world axes [N]
-  bool at_com = false;                         ///< of the robot, instead of the body's point
-
-  void addTorque(const sim::Snapshot& s, Eigen::Ref<VectorXd> tau) const;
-};
 
 /// Generalised torque (nv) to motor command (nu). The one place where the root's six rows, which
 /// no motor can give, are dropped.
