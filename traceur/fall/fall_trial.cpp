@@ -22,10 +22,11 @@ class Faller : public motion::Controller {
         way_(way.make(context)),
         blind_(blind) {}
 
-  void begin(const motion::Moment& m) override {
+  void begin(const motion::Moment& m, const control::JointTarget& held) override {
     noticed_ = -1;
     pivot_ = body_->node(m.s, 0).x();
-    holding_->begin(m);
+    held_ = held;
+    holding_->begin(m, held);
   }
   void update(const motion::Moment& m) override {
     if (noticed_ < 0 && m.step >= blind_ && falls(m.s)) {
@@ -33,12 +34,13 @@ class Faller : public motion::Controller {
       time_ = m.s.time();
       start_ = {0, 0, body_->pendulum(m.s, 0)};
       pivot_ = body_->node(m.s, 0).x();
-      way_->begin(m);
+      way_->begin(m, held_);
     }
     if (noticed_ >= 0) way_->update(m);
   }
   void command(const motion::Moment& m, motion::Senses& senses, control::Command& c) override {
     (noticed_ < 0 ? holding_ : way_)->command(m, senses, c);
+    held_ = c.target;
   }
   int phase() const override { return noticed_ < 0 ? 0 : 1 + way_->phase(); }
   std::vector<std::string> phases() const override {
@@ -63,6 +65,7 @@ class Faller : public motion::Controller {
 
   const SagittalBody* body_;
   std::unique_ptr<motion::Controller> holding_, way_;
+  control::JointTarget held_;
   int blind_;
   int noticed_ = -1;
   double time_ = 0;

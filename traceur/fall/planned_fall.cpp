@@ -25,7 +25,7 @@ std::vector<std::string> PlannedFall::phases() const {
   return names;
 }
 
-void PlannedFall::begin(const motion::Moment& m) {
+void PlannedFall::begin(const motion::Moment& m, const control::JointTarget& /*held*/) {
   motion_ = {};
   stage_ = 0;
   made_ = node_ = 0;

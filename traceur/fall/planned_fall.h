@@ -15,7 +15,7 @@ class PlannedFall : public motion::Controller {
  public:
   explicit PlannedFall(const FallContext& context);
 
-  void begin(const motion::Moment& m) override;
+  void begin(const motion::Moment& m, const control::JointTarget& held) override;
   void update(const motion::Moment& m) override;
   void command(const motion::Moment& m, motion::Senses& senses, control::Command& c) override;
   int phase() const override { return made_; }

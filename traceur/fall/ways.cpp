@@ -20,7 +20,7 @@ class Keep : public motion::Controller {
         stiffness_(VectorXd::Constant(target_.q.size(), stiffness)),
         damping_(VectorXd::Constant(target_.q.size(), damping)) {}
 
-  void begin(const motion::Moment& /*m*/) override {}
+  void begin(const motion::Moment& /*m*/, const control::JointTarget& /*held*/) override {}
   void command(const motion::Moment& /*m*/, motion::Senses& /*senses*/,
                control::Command& c) override {
     c.target = target_;

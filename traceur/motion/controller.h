@@ -26,12 +26,12 @@ class Senses {
 };
 
 /// Life of a controller, of which a trial is one:
-///   1. begin() at the trial's first moment.
+///   1. begin() at the trial's first moment, with the target that held the robot until then.
 ///   2. update() each step, then, unless the trial ends there, command().
 class Controller {
  public:
   virtual ~Controller() = default;
-  virtual void begin(const Moment& m) = 0;
+  virtual void begin(const Moment& m, const control::JointTarget& held) = 0;
   /// Takes up what has happened: a phase that ends, ends here, before observers look.
   virtual void update(const Moment& /*m*/) {}
   /// What to do in this step. `c` is a new command, but for its target: that of the last step, at

@@ -43,38 +43,58 @@ Session::Session(sim::World& world, control::Actuation& actuation, Controller& c
       controller_(&controller),
       observers_(observers.begin(), observers.end()) {}
 
-void Session::begin(const sim::State& start, const TrialOptions& options) {
+void Session::prepare(const TrialOptions& options) {
   options_ = options;
   trial_ = {};
   hash_ = {};
   step_ = 0;
   ended_ = false;
-  const sim::Model& model = world_->model();
-  const double dt = model.timeStep();
-  steps_ = inSteps(options_.horizon, dt);
+  steps_ = inSteps(options_.horizon, world_->model().timeStep());
   noise_ = Random(options_.seed, options_.stream);
-  world_->watchJointForces(options_.recording != nullptr);
-  world_->reset(start);
-  const sim::Snapshot& s = world_->snapshot();
+  world_->watchJointForces(options_.recording != nullptr || options_.joint_forces);
   command_ = {};
-  command_.target = control::targetOf(model, start);
   late_.clear();
-  if (const int delay = inSteps(options_.delay, dt); delay > 0) {
+  torque_.tau.setZero(world_->model().nu());
+}
+
+void Session::begin(const sim::State& start, const TrialOptions& options) {
+  prepare(options);
+  world_->reset(start);
+  actuation_->begin();
+  command_.target = control::targetOf(world_->model(), start);
+  if (const int delay = inSteps(options_.delay, world_->model().timeStep()); delay > 0) {
     // Until the first answer comes, motors do what holds the start.
-    actuation_->torque(s, command_, torque_);
+    actuation_->torque(world_->snapshot(), command_, torque_);
     late_.assign(static_cast<size_t>(delay), torque_);
-  } else {
-    torque_.tau.setZero(model.nu());
   }
+  this->start();
+}
+
+void Session::begin(const Ending& start, const TrialOptions& options) {
+  prepare(options);
+  world_->restore(start.world);
+  actuation_->begin(start.integral);
+  command_.target = start.target;
+  torque_.tau = world_->snapshot().torque();
+  late_ = start.late;
+  assert(static_cast<int>(late_.size()) == inSteps(options_.delay, world_->model().timeStep()));
+  this->start();
+}
+
+void Session::start() {
   if (options_.recording) {
-    peaks_.setZero(model.bodies());
-    options_.recording->mjcf = model.mjcf();
+    peaks_.setZero(world_->model().bodies());
+    options_.recording->mjcf = world_->model().mjcf();
     options_.recording->frames.clear();
   }
-  const Moment m{s, 0, 0};
-  controller_->begin(m);
+  const Moment m{world_->snapshot(), 0, 0};
+  controller_->begin(m, command_.target);
   for (Observer* o : observers_) o->begin(m);
   if (options_.recording) options_.recording->phases = controller_->phases();
+}
+
+Ending Session::ending() const {
+  return {world_->save(), command_.target, actuation_->integral(), late_};
 }
 
 bool Session::step() {
@@ -164,6 +184,13 @@ void Session::push(const Moment& m) {
 }
 
 const Trial& Session::run(const sim::State& start, const TrialOptions& options) {
+  begin(start, options);
+  while (step()) {
+  }
+  return trial_;
+}
+
+const Trial& Session::run(const Ending& start, const TrialOptions& options) {
   begin(start, options);
   while (step()) {
   }

@@ -34,6 +34,17 @@ struct TrialOptions {
   std::uint64_t seed = 1;     ///< of the noise
   std::uint64_t stream = 0;   ///< of the noise
   sim::Recording* recording = nullptr;  ///< filled every kInterval when given
+  bool joint_forces = false;            ///< somebody reads Snapshot::jointForces
+};
+
+/// Where a trial begins that goes on from another one, with the bits of one that was never parted.
+struct Ending {
+  sim::Checkpoint world;
+  control::JointTarget target;        ///< what the joints were told last
+  Eigen::VectorXd integral = {};      ///< of control::Actuation
+  std::deque<sim::Torque> late = {};  ///< what a delay keeps back, the oldest first
+
+  bool empty() const { return world.empty(); }
 };
 
 /// How a trial ended. That a simulation diverged is a value.
@@ -58,18 +69,25 @@ class Session {
 
   /// Puts the world into a state and begins a trial.
   void begin(const sim::State& start, const TrialOptions& options);
+  /// Begins a trial where another one ended, of the same model and the same delay.
+  void begin(const Ending& start, const TrialOptions& options);
   /// One step, or the end.
   /// @return whether there is a next one
   bool step();
   /// What has become of it; whole once step() has returned false.
   const Trial& trial() const { return trial_; }
+  /// From where another trial can go on.
+  Ending ending() const;
 
   /// A whole trial.
   const Trial& run(const sim::State& start, const TrialOptions& options);
+  const Trial& run(const Ending& start, const TrialOptions& options);
 
  private:
   class NoisySenses;
 
+  void prepare(const TrialOptions& options);
+  void start();
   void record(bool due);
   bool finish(const Moment& m, std::string_view why);
   void push(const Moment& m);

@@ -28,7 +28,7 @@ class Hold : public Controller {
   int begun = 0;
   std::vector<double> commands;  // at these times [s]
 
-  void begin(const Moment& m) override {
+  void begin(const Moment& m, const control::JointTarget& /*held*/) override {
     ++begun;
     EXPECT_EQ(m.step, 0);
     phase_ = 0;
@@ -123,6 +123,39 @@ TEST(Session, StepByStepIsTheSameTrial) {
   EXPECT_NE(b.session.run(at(0.3), {.horizon = 0.5}).hash, whole.hash);
 }
 
+TEST(Session, ATrialThatGoesOnHasTheBitsOfOneThatWasNeverParted) {
+  const auto bench = [] {
+    auto b = std::make_unique<Bench>();
+    control::StablePd gains(rod(), {{.kp = 100, .kd = 20, .ki = 50}});
+    gains.limits()[0].torque = 40;
+    b->actuation = control::Actuation(std::move(gains));
+    b->controller.target = 1;
+    return b;
+  };
+  const auto whole = bench();
+  const TrialOptions late{.horizon = 0.5, .delay = 0.004};
+  const sim::State end = whole->session.run(at(0.2), late).end;
+  const auto first = bench();
+  TrialOptions part = late;
+  part.horizon = 0.2;
+  first->session.run(at(0.2), part);
+  const Ending parted = first->session.ending();
+  EXPECT_FALSE(parted.empty());
+  EXPECT_TRUE(Ending().empty());
+  EXPECT_EQ(parted.target.q[0], 1);
+  EXPECT_GT(parted.integral[0], 0);
+  EXPECT_EQ(parted.late.size(), 4u);
+  const auto second = bench();
+  part.horizon = 0.3;
+  const Trial& rest = second->session.run(parted, part);
+  EXPECT_DOUBLE_EQ(rest.time, 0.3);
+  EXPECT_EQ(rest.end.q, end.q);
+  EXPECT_EQ(rest.end.v, end.v);
+  EXPECT_EQ(first->session.run(parted, part).end.q, end.q);  // in the world it ended in
+  // Another trial begins without what was summed up.
+  EXPECT_EQ(second->session.run(at(0.2), late).end.q, end.q);
+}
+
 TEST(Session, ATrialGoesOnFromAnothersEnd) {
   Bench b;
   b.controller.target = 1;
@@ -167,7 +200,7 @@ TEST(Session, EachCommandIsNewButForItsTarget) {
   class Once : public Controller {
    public:
     std::vector<double> targets, sizes;
-    void begin(const Moment& /*m*/) override {}
+    void begin(const Moment& /*m*/, const control::JointTarget& /*held*/) override {}
     void command(const Moment& m, Senses& /*senses*/, control::Command& c) override {
       if (m.step == 0) {
         c.target.q[0] = 1;
