@@ -133,11 +133,13 @@ Json toJson(const Learned& l, const skill::Rollout& r) {
       phase["targets"][joints[v.joint].name] = v.sign * valueOf(l, v.expression);
     }
     for (const skill::ForceTerm& f : p.forces) {
-      phase["virtual_forces"].push_back(
-          {{"body", s.model->bodyName(f.body)},
-           {"at", {f.p_BP.x(), f.p_BP.y(), f.p_BP.z()}},
-           {"force", {valueOf(l, f.x), valueOf(l, f.y), valueOf(l, f.z)}},
-           {"within_motor_limits", p.limited}});
+      for (const sim::BodyPoint& at : f.points) {
+        phase["virtual_forces"].push_back(
+            {{"body", s.model->bodyName(at.body)},
+             {"at", {at.p_BP.x(), at.p_BP.y(), at.p_BP.z()}},
+             {"force", {valueOf(l, f.force.x), valueOf(l, f.force.y), valueOf(l, f.force.z)}},
+             {"within_motor_limits", p.limited}});
+      }
     }
     if (!p.until.empty()) {
       phase["until"] = p.until;

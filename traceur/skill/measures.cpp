@@ -20,9 +20,14 @@ Measures::Measures(const Skill& skill, Places& places, const motion::Controller&
       controller_(&controller),
       steps_(static_cast<int>(std::lround(skill.horizon / skill.model->timeStep()))) {
   const Expression::Lookup running = places.in(Scope::kRunning);
-  for (const Measure& m : skill.measures) measures_.push_back({Expression(m.of, running)});
-  for (const Failure& f : skill.failures) failures_.emplace_back(f.when, running);
-  if (!skill.stop.empty()) stop_.emplace(skill.stop, running);
+  for (const Measure& m : skill.measures) {
+    measures_.push_back({Expression(m.of, running), maybeBound(m.when, running)});
+  }
+  // What fails in a part is not for this one to see.
+  for (const Failure& f : skill.failures) {
+    failures_.emplace_back(f.when.empty() ? "0" : f.when, running);
+  }
+  stop_ = maybeBound(skill.stop, running);
   for (const Term& t : skill.terms) terms_.push_back(verdict(t.cost, true));
   if (!skill.task.achieved.empty()) achieved_ = verdict(skill.task.achieved, false);
 }
@@ -32,9 +37,7 @@ Measures::Verdict Measures::verdict(const std::string& text, bool cost) {
   Expression of(text, [&](const std::string& name) {
     if (cost) task_costs_ = task_costs_ || name == "task";
     const double* place = places_->find(Scope::kVerdict, name);
-    for (const double& m : places_->measures) {
-      if (&m == place) named.push_back(place);
-    }
+    if (places_->isMeasure(place)) named.push_back(place);
     return place;
   });
   return {std::move(of), std::move(named)};
@@ -42,6 +45,7 @@ Measures::Verdict Measures::verdict(const std::string& text, bool cost) {
 
 void Measures::begin(const motion::Moment& /*m*/) {
   std::fill(places_->failed.begin(), places_->failed.end(), 0.0);
+  places_->cost = 0;
   for (size_t i = 0; i < measures_.size(); ++i) {
     places_->measures[i] = skill_->measures[i].otherwise;
     measures_[i].seen = 0;
@@ -67,6 +71,7 @@ void Measures::see(const motion::Moment& /*m*/, bool last) {
     if (!m.during[phase]) continue;
     Taken& taken = measures_[i];
     if (m.take == Measure::Take::kFirst && taken.seen > 0) continue;
+    if (taken.when && !taken.when->holds()) continue;
     const double x = taken.of.value();
     if (std::isnan(x)) continue;  // a signal that has no value now, such as cop in flight
     const bool first = taken.seen++ == 0;

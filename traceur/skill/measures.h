@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "traceur/motion/controller.h"
-#include "traceur/skill/places.h"
+#include "traceur/skill/bound.h"
 
 namespace traceur::skill {
 
@@ -30,6 +30,7 @@ class Measures : public motion::Observer {
  private:
   struct Taken {
     control::Expression of;
+    std::optional<control::Expression> when;
     int seen = 0;  // steps
   };
   /// What is said of a whole trial: nothing where a measure it names has no value, also where its

@@ -3,8 +3,9 @@
 
 namespace traceur::skill {
 
-/// kSetup: parameters, task, horizon. kRunning: also time, phase_time and every control::Signals
-/// name. kVerdict: kSetup, time, measures and failures.
-enum class Scope { kSetup, kRunning, kVerdict };
+/// kConstant: the file's constants. kSetup: those, parameters, task, horizon. kRunning: also time,
+/// phase_time, in.PHASE, ended.PHASE and every control::Signals name. kVerdict: kSetup, time,
+/// measures and failures, and those of parts.
+enum class Scope { kConstant, kSetup, kRunning, kVerdict };
 
 }  // namespace traceur::skill

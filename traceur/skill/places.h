@@ -30,10 +30,23 @@ class Places {
   std::vector<double> measures;  ///< by Skill::measures
   std::vector<double> failed;    ///< by Skill::failures: 0 or 1
   control::Signals signals;
+  std::vector<double> in_stage,
+      ended_stage;  ///< by Skill::stageNames: whether it lasts; whether it ended now
+  double cost = 0;  ///< of a part that is over
+  /// By Skill::parts, what their verdicts may be asked of.
+  std::vector<Places*> parts;
+  /// Whether some expression reads a joint's force.
+  bool readJointForces() const;
+  /// Whether this is the place of a measure, of a part's too.
+  bool isMeasure(const double* place) const;
+
   /// Whether an expression that is not a verdict's reads the task.
   bool task_moves = false;
 
  private:
+  const double* findStage(const std::string& name);
+  const double* findOfPart(const std::string& name);
+
   const Skill* skill_;
 };
 

@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <limits>
 
 #include "traceur/core/error.h"
-#include "traceur/motion/session.h"
-#include "traceur/skill/measures.h"
-#include "traceur/skill/skill_controller.h"
+#include "traceur/skill/launch.h"
+#include "traceur/skill/skill_sequence.h"
 
 namespace traceur::skill {
 namespace {
@@ -37,29 +35,94 @@ bool Rollout::failed() const {
 }
 
 struct Runner::Impl {
+  struct Push {
+    const PushTerm* term;
+    BoundVector force, moment;
+    control::Expression at, duration;
+  };
+
   std::shared_ptr<const Skill> skill;
   sim::World world;
   Places places;
-  SkillController controller;
+  SkillSequence* sequence = nullptr;  // the controller of a skill of parts
+  std::unique_ptr<motion::Controller> controller;
   Measures measures;
   const OnTarget* on_target = nullptr;
   Listener listener;
   control::Actuation actuation;
-  std::array<motion::Observer*, 2> observers;
+  std::vector<motion::Observer*> observers;
   motion::Session session;
+  std::optional<LaunchState> launch;
+  std::vector<Push> pushes;
+  motion::Ending after;  // where the skill that comes before this one ended
 
   explicit Impl(std::shared_ptr<const Skill> s)
       : skill(std::move(s)),
         world(skill->model),
         places(*skill),
-        controller(skill, places),
-        measures(*skill, places, controller),
-        listener(controller, on_target),
+        controller(makeController()),
+        measures(*skill, places, *controller),
+        listener(*controller, on_target),
         actuation(controllerOf(*skill)),
-        observers{&measures, &listener},
-        session(world, actuation, controller, observers) {}
+        observers(watchers()),
+        session(world, actuation, *controller, observers) {
+    const auto setup = places.in(Scope::kSetup);
+    if (skill->launch) launch.emplace(*skill, places);
+    for (const PushTerm& p : skill->pushes) {
+      pushes.push_back({&p,
+                        {p.force, setup},
+                        {p.moment, setup},
+                        control::Expression(p.at, setup),
+                        control::Expression(p.duration, setup)});
+    }
+    if (skill->after) after = endingOf(*skill->after);
+  }
 
-  Rollout run(const VectorXd& x, double task, sim::Recording* recording) {
+  std::unique_ptr<motion::Controller> makeController() {
+    if (skill->parts.empty()) return std::make_unique<SkillController>(skill, places);
+    auto made = std::make_unique<SkillSequence>(*skill, places);
+    sequence = made.get();
+    return made;
+  }
+
+  std::vector<motion::Observer*> watchers() {
+    std::vector<motion::Observer*> all = {&measures, &listener};
+    if (sequence) all.insert(all.begin(), sequence);
+    return all;
+  }
+
+  motion::Ending endingOf(const Part& before) {
+    const auto constants = places.in(Scope::kConstant);
+    VectorXd x(before.parameters.size());
+    for (size_t i = 0; i < before.parameters.size(); ++i) {
+      x[static_cast<Eigen::Index>(i)] =
+          control::Expression(before.parameters[i], constants).value();
+    }
+    Runner runner(before.skill);
+    const Rollout r = runner.run(x, control::Expression(before.task, constants).value());
+    if (r.failed()) {
+      throw InputError(
+          fmt::format("{}: [start.after]: {} ended with \"{}\" after {:.3f} s: expected "
+                      "a trial that does not fail",
+                      skill->file.string(), before.skill->file.string(), r.ended, r.time));
+    }
+    return runner.ending();
+  }
+
+  std::vector<motion::Push> pushesNow() const {
+    std::vector<motion::Push> now;
+    for (const Push& p : pushes) {
+      now.push_back({.body = p.term->body,
+                     .force = p.force.value(),
+                     .moment = p.moment.value(),
+                     .start = p.at.value(),
+                     .duration = p.duration.value()});
+    }
+    return now;
+  }
+
+  Rollout run(const VectorXd& x, double task, sim::Recording* recording,
+              const motion::Ending* start) {
     if (x.size() != places.parameters.size() || !x.allFinite()) {
       throw InputError(fmt::format("{}: expected {} finite parameters, got {}{}", skill->name,
                                    places.parameters.size(), x.size(),
@@ -68,14 +131,19 @@ struct Runner::Impl {
     places.parameters = x;
     places.task = task;
     const Disturbance& d = skill->disturbance;
+    const motion::TrialOptions options{.horizon = skill->horizon,
+                                       .pushes = pushesNow(),
+                                       .delay = d.delay,
+                                       .encoder_noise = d.encoder_noise,
+                                       .velocity_noise = d.velocity_noise,
+                                       .seed = d.seed,
+                                       .stream = std::bit_cast<std::uint64_t>(task),
+                                       .recording = recording,
+                                       .joint_forces = places.readJointForces()};
+    if (!start && skill->after) start = &after;
     const motion::Trial& trial =
-        session.run(skill->start, {.horizon = skill->horizon,
-                                   .delay = d.delay,
-                                   .encoder_noise = d.encoder_noise,
-                                   .velocity_noise = d.velocity_noise,
-                                   .seed = d.seed,
-                                   .stream = std::bit_cast<std::uint64_t>(task),
-                                   .recording = recording});
+        start ? session.run(*start, options)
+              : session.run(launch ? launch->state() : skill->start, options);
     Rollout r;
     r.ended = trial.ended;
     r.time = trial.time;
@@ -93,14 +161,13 @@ struct Runner::Impl {
 
 control::StablePd controllerOf(const Skill& skill) {
   control::StablePd pd = control::defaultController(skill.model);
-  const ControllerOptions& c = skill.controller;
-  for (sim::JointGain& g : pd.gains()) {
-    g.kp = c.kp.value_or(g.kp);
-    g.kd = c.kd.value_or(g.kd);
-  }
-  for (sim::JointLimit& l : pd.limits()) {
-    l.torque = c.torque.value_or(l.torque);
-    l.speed = c.speed.value_or(l.speed);
+  for (size_t i = 0; i < skill.controller.joints.size(); ++i) {
+    const ControllerOptions::Override& o = skill.controller.joints[i];
+    sim::JointGain& g = pd.gains()[i];
+    g = {o.kp.value_or(g.kp), o.kd.value_or(g.kd), o.ki.value_or(g.ki)};
+    sim::JointLimit& l = pd.limits()[i];
+    l.torque = o.torque.value_or(l.torque);
+    l.speed = o.speed.value_or(l.speed);
   }
   return pd;
 }
@@ -117,6 +184,10 @@ double Runner::costOf(double task) {
   return cost;
 }
 
+motion::Ending Runner::ending() const {
+  return impl_->session.ending();
+}
+
 bool Runner::costDependsOnTask() const {
   return impl_->measures.costDependsOnTask();
 }
@@ -126,9 +197,9 @@ bool Runner::motionDependsOnTask() const {
 }
 
 Rollout Runner::run(const VectorXd& parameters, double task, sim::Recording* recording,
-                    const OnTarget& on_target) {
+                    const OnTarget& on_target, const motion::Ending* start) {
   impl_->on_target = &on_target;
-  Rollout r = impl_->run(parameters, task, recording);
+  Rollout r = impl_->run(parameters, task, recording, start);
   impl_->on_target = nullptr;
   return r;
 }

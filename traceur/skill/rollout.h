@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "traceur/control/stable_pd.h"
+#include "traceur/motion/session.h"
 #include "traceur/sim/recording.h"
 #include "traceur/skill/skill.h"
 
@@ -35,6 +36,7 @@ control::StablePd controllerOf(const Skill& skill);
 /// One thread's workspace for rollouts of one skill; made once, used for many.
 class Runner {
  public:
+  /// @throws InputError when the skill starts where another one's trial ends and that trial fails
   explicit Runner(std::shared_ptr<const Skill> skill);
   ~Runner();
   Runner(Runner&&) noexcept;
@@ -47,9 +49,12 @@ class Runner {
   /// @param parameters  (n), in the order and units of Skill::parameters
   /// @param recording   filled every kInterval when given
   /// @param on_target   called each step with what the joints are told
+  /// @param start       where another trial of the same scene ended, instead of the skill's start
   /// @throws InputError for a wrong number of parameters, or NaN among them
   Rollout run(const VectorXd& parameters, double task, sim::Recording* recording = nullptr,
-              const OnTarget& on_target = {});
+              const OnTarget& on_target = {}, const motion::Ending* start = nullptr);
+  /// From where another trial can go on after the last run.
+  motion::Ending ending() const;
 
   /// What the last run would have cost for another task, where the motion does not depend on it.
   double costOf(double task);

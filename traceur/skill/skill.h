@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "traceur/control/pose_solver.h"
 #include "traceur/core/param.h"
 #include "traceur/sim/model.h"
 
@@ -37,11 +38,57 @@ struct JointValue {
   std::string expression;
 };
 
-/// A force exerted through the joints, in every step of a phase.
+/// Three expressions along the axes of a frame.
+struct VectorText {
+  std::string x = "0", y = "0", z = "0";
+};
+
+/// The axes of a virtual force.
+enum class Frame {
+  kWorld,
+  /// z from the centre of pressure to the COM, y = z × the world's x, to the left of one who looks
+  /// along x, and x = y × z, forward along the ground of one who stands upright. In flight from the
+  /// last centre of pressure; no force before there was one.
+  kCopToCom,
+};
+
+/// A force and a moment exerted through the joints, in every step of a phase.
 struct ForceTerm {
-  sim::BodyId body;
-  Vector3d p_BP = Vector3d::Zero();       ///< in the body's frame [m]
-  std::string x = "0", y = "0", z = "0";  ///< world axes [N]
+  std::vector<sim::BodyPoint> points;  ///< each is given the force and its body the moment
+  bool com = false;                    ///< instead of points
+  /// The force is shared out among the points whose bodies touch something, and is none where none
+  /// does; so is what `against` takes.
+  bool touching = false;
+  Frame frame = Frame::kWorld;
+  VectorText force;   ///< [N]
+  VectorText moment;  ///< [N·m]
+  /// The bodies that are given the opposite, force and moment about the same point.
+  std::vector<sim::BodyId> against;
+  /// Whether it changes within a phase: some expression names a signal or the time.
+  bool moves = false;
+};
+
+/// A factor on a joint's gain.
+struct GainFactor {
+  int joint = 0;  ///< index in sim::Model::joints()
+  std::string factor;
+};
+
+/// Something a pose is to come to. Axes that are empty are free.
+struct ReachGoal {
+  control::Place of, from;
+  std::string x, y, z;           ///< of − from, world axes [m]
+  std::string distance;          ///< |of − from| [m]
+  std::string roll, pitch, yaw;  ///< of the first body of `of`; empty: as it is [rad]
+  std::string weight = "1";
+};
+
+/// Joint targets that put the body's parts somewhere (control::PoseSolver).
+struct Reach {
+  std::vector<ReachGoal> goals;
+  std::vector<sim::BodyId> hold;  ///< stay where they are, and as they are turned
+  std::vector<int> joints;        ///< that may move
+  double every = 0;               ///< solved anew so often [s]; 0: only on entering the phase
 };
 
 struct Phase {
@@ -50,6 +97,8 @@ struct Phase {
   VectorXd base;               ///< by joint [rad]
   std::vector<JointValue> targets;
   std::string blend = "0";  ///< time over which the target moves from the last one [s]
+  std::vector<GainFactor> stiffness, damping;
+  std::optional<Reach> reach;  ///< where its joints' targets come from; pose holds for the others
   std::vector<ForceTerm> forces;
   bool limited = true;  ///< whether the forces' torques count against the motors' limits
   std::string until;    ///< condition that ends it; empty: it is held to the end
@@ -71,12 +120,13 @@ struct Measure {
   /// The value in a trial in which `of` was never a number while it was looked at.
   double otherwise = std::numeric_limits<double>::quiet_NaN();
   std::vector<bool> during;  ///< by phase
+  std::string when;          ///< condition over signals: it looks only then; empty: always
 };
 
 /// A way to fail: the trial ends there and the constraint of this name is violated.
 struct Failure {
-  std::string name;
-  std::string when;  ///< condition over signals
+  std::string name;  ///< "part.name" of a part's
+  std::string when;  ///< condition over signals; empty: a part's, which says when
   std::vector<bool> during;
 };
 
@@ -88,8 +138,41 @@ struct Term {
 
 /// The controller's gains and limits where the skill overrides the robot's.
 struct ControllerOptions {
-  std::optional<double> kp, kd;         ///< [N·m/rad], [N·m·s/rad]
-  std::optional<double> torque, speed;  ///< limits [N·m], [rad/s]
+  /// By joint, as gains and limits there are [N·m/rad], [N·m·s/rad], [N·m/(rad·s)], [N·m], [rad/s].
+  struct Override {
+    std::optional<double> kp, kd, ki, torque, speed;
+    bool operator==(const Override&) const = default;
+  };
+  std::vector<Override> joints;
+  bool operator==(const ControllerOptions&) const = default;
+};
+
+/// A force and a moment on a body's COM for a while.
+struct PushTerm {
+  sim::BodyId body;
+  VectorText force, moment;  ///< world axes [N], [N·m]
+  std::string at;            ///< since the start [s]
+  std::string duration;      ///< [s]
+};
+
+/// How a trial starts if not at rest on the ground.
+struct Launch {
+  sim::Pose pose;                ///< joints, and the attitude where none is given
+  std::string height = "0";      ///< of the lowest point [m]
+  VectorText velocity;           ///< of the COM, world axes [m/s]
+  VectorText spin;               ///< about the COM, world axes [rad/s]
+  std::string roll, pitch, yaw;  ///< of the root; empty: the pose's [rad]
+};
+
+struct Skill;
+
+/// Another skill that is performed in this one's scene.
+struct Part {
+  std::string name;
+  std::shared_ptr<const Skill> skill;
+  std::vector<std::string> parameters;  ///< by the other skill's; expressions of this one's names
+  std::string task;
+  std::string until;  ///< condition that ends it before it ends itself; empty: none
 };
 
 /// How a robot and its ground may differ from their model, to know what a skill withstands before
@@ -109,15 +192,21 @@ struct Skill {
   std::string description;
   std::string text;  ///< the file, as it was read
   std::filesystem::path file;
+  std::vector<std::pair<std::string, double>> constants;
   std::shared_ptr<const sim::Model> model;
-  sim::State start;
+  sim::State start;              ///< with the initial parameters and task
+  std::optional<Launch> launch;  ///< in place of start, where it is more than a pose
+  /// It starts where this one's trial ends, of numbers alone.
+  std::optional<Part> after;
   double horizon = 0;  ///< [s]
   std::string stop;    ///< condition that ends a trial well; empty: the horizon does
   Task task;
   ParamSpecs parameters;
   ControllerOptions controller;
   std::vector<Phase> phases;
+  std::vector<Part> parts;  ///< one after another, instead of phases
   std::vector<Feedback> feedback;
+  std::vector<PushTerm> pushes;
   std::vector<Measure> measures;
   std::vector<Failure> failures;
   std::vector<Term> terms;
@@ -126,6 +215,10 @@ struct Skill {
   Disturbance disturbance;
 
   VectorXd initialParameters() const;
+  /// Its phases; of a skill of parts "part.phase" of each.
+  std::vector<std::string> phaseNames() const;
+  /// What in.NAME and ended.NAME may name: phases, then parts.
+  std::vector<std::string> stageNames() const;
 
   /// @throws InputError listing every mistake of the file with line and column
   static std::shared_ptr<const Skill> fromFile(const std::filesystem::path& file);

@@ -7,19 +7,45 @@ namespace traceur::skill {
 
 using control::Expression;
 
+namespace {
+
+/// The axes of Frame::kCopToCom as columns; nothing where the COM is on the centre of pressure or
+/// at the end of a line along x.
+std::optional<sim::Matrix3d> copToCom(const Vector3d& cop, const Vector3d& com) {
+  sim::Matrix3d R;
+  R.col(2) = com - cop;
+  R.col(1) = R.col(2).cross(Vector3d::UnitX());
+  if (!(R.col(2).norm() > 0) || !(R.col(1).norm() > 0)) return std::nullopt;
+  R.col(2).normalize();
+  R.col(1).normalize();
+  R.col(0) = R.col(1).cross(R.col(2));
+  return R;
+}
+
+bool touches(const sim::Snapshot& s, sim::BodyId body) {
+  const auto& contacts = s.robotContacts();
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [&](const sim::RobotContact& c) { return c.body == body; });
+}
+
+}  // namespace
+
 SkillController::SkillController(std::shared_ptr<const Skill> skill, Places& places)
     : skill_(std::move(skill)), places_(&places) {
-  const Expression::Lookup setup = places.in(Scope::kSetup);
   const Expression::Lookup running = places.in(Scope::kRunning);
-  for (const Phase& p : skill_->phases) {
-    BoundPhase b{bind(p.targets, setup), Expression(p.blend, setup), {}, {}};
+  for (const skill::Phase& p : skill_->phases) {
+    Phase b{bind(p.targets, running),
+            Expression(p.blend, running),
+            bind(p.stiffness, running),
+            bind(p.damping, running),
+            nullptr,
+            {},
+            maybeBound(p.until, running)};
+    if (p.reach) b.reach = std::make_unique<BoundReach>(*p.reach, skill_->model, places);
     for (const ForceTerm& f : p.forces) {
-      b.forces.push_back({{.body = f.body, .p_BP = f.p_BP},
-                          Expression(f.x, setup),
-                          Expression(f.y, setup),
-                          Expression(f.z, setup)});
+      b.forces.push_back({&f, {f.force, running}, {f.moment, running}});
+      follows_cop_ = follows_cop_ || f.frame == Frame::kCopToCom;
     }
-    if (!p.until.empty()) b.until.emplace(p.until, running);
     phases_.push_back(std::move(b));
   }
   const auto sensed = [&](const std::string& name) -> const double* {
@@ -45,47 +71,134 @@ std::vector<SkillController::Target> SkillController::bind(const std::vector<Joi
   return out;
 }
 
-std::vector<std::string> SkillController::phases() const {
-  std::vector<std::string> names;
-  for (const Phase& p : skill_->phases) names.push_back(p.name);
-  return names;
+std::vector<SkillController::Factor> SkillController::bind(const std::vector<GainFactor>& values,
+                                                           const Expression::Lookup& lookup) {
+  std::vector<Factor> out;
+  out.reserve(values.size());
+  for (const GainFactor& v : values) out.push_back({v.joint, Expression(v.factor, lookup)});
+  return out;
 }
 
-void SkillController::begin(const motion::Moment& m) {
-  goal_ = reached_ = control::targetOf(*skill_->model, skill_->start);
+std::vector<std::string> SkillController::phases() const {
+  return skill_->phaseNames();
+}
+
+void SkillController::begin(const motion::Moment& m, const control::JointTarget& held) {
+  goal_ = reached_ = held;
+  cop_.reset();
   places_->time = 0;
+  places_->signals.begin();
+  std::fill(places_->ended_stage.begin(), places_->ended_stage.end(), 0.0);
+  places_->signals.update(m.s);
   enter(0, m);
+  places_->signals.begin();  // the first step is looked at once
 }
 
 void SkillController::enter(int phase, const motion::Moment& m) {
+  places_->in_stage[phase_] = 0;
   phase_ = phase;
+  places_->in_stage[phase_] = 1;
   entered_step_ = m.step;
   entered_ = m.time;
   places_->phase_time = 0;
   from_ = reached_;
-  const Phase& p = skill_->phases[phase];
+  const skill::Phase& p = skill_->phases[phase];
+  Phase& bound = phases_[phase];
   if (!p.from_previous) goal_.q = p.base;
-  for (const Target& t : phases_[phase].targets) goal_.q[t.joint] = t.sign * t.value.value();
-  for (Force& f : phases_[phase].forces) f.force.f = {f.x.value(), f.y.value(), f.z.value()};
+  for (const Target& t : bound.targets) {
+    const double value = t.value.value();
+    if (!std::isnan(value)) goal_.q[t.joint] = t.sign * value;  // a signal without a value
+  }
+  blend_ = bound.blend.value();
+  wanted_ = goal_.q;
+  if (bound.reach) solveReach(m);
+  still_.clear();
+  for (const Force& f : bound.forces) {
+    if (!moves(*f.term)) exert(f, m.s, still_);
+  }
+}
+
+bool SkillController::moves(const ForceTerm& f) {
+  return f.moves || f.touching || !f.against.empty() || f.frame != Frame::kWorld;
+}
+
+void SkillController::solveReach(const motion::Moment& m) {
+  phases_[phase_].reach->solve(m.s, wanted_, goal_);
+  solved_step_ = m.step;
+}
+
+void SkillController::exert(const Force& force, const sim::Snapshot& s,
+                            std::vector<control::VirtualForce>& out) {
+  const ForceTerm& term = *force.term;
+  Vector3d f = force.force.value();
+  Vector3d moment = force.moment.value();
+  if (!f.allFinite() || !moment.allFinite()) return;  // of signals without a value
+  if (term.frame == Frame::kCopToCom) {
+    const auto R = cop_ ? copToCom(*cop_, s.com()) : std::nullopt;
+    if (!R) return;
+    f = *R * f;
+    moment = *R * moment;
+  }
+  std::vector<sim::BodyPoint> points = term.points;
+  std::vector<sim::BodyId> against = term.against;
+  if (term.touching) {
+    std::erase_if(points, [&](const sim::BodyPoint& p) { return !touches(s, p.body); });
+    std::erase_if(against, [&](sim::BodyId body) { return !touches(s, body); });
+    if (!points.empty()) {
+      f /= static_cast<double>(points.size());
+      moment /= static_cast<double>(points.size());
+    }
+  }
+  if (against.empty() && !term.against.empty()) return;
+  const auto add = [&](const control::VirtualForce& one) {
+    out.push_back(one);
+    if (against.empty()) return;
+    for (const control::VirtualForce& r : control::reaction(s, one, against)) out.push_back(r);
+  };
+  if (term.com) {
+    control::VirtualForce one;
+    one.at_com = true;
+    one.f = f;
+    add(one);
+  }
+  for (const sim::BodyPoint& p : points) {
+    add({.body = p.body, .p_BP = p.p_BP, .f = f, .at_com = false, .moment = moment});
+  }
 }
 
 void SkillController::update(const motion::Moment& m) {
   places_->time = m.time;
   places_->signals.update(m.s);
+  if (follows_cop_) {
+    if (const auto cop = m.s.cop()) cop_ = cop;
+  }
   places_->phase_time = (m.step - entered_step_) * skill_->model->timeStep();
+  std::fill(places_->ended_stage.begin(), places_->ended_stage.end(), 0.0);
   // A phase may end at once, but each at most once per step.
   for (size_t k = 0; k < phases_.size() && phases_[phase_].until; ++k) {
     const int next = skill_->phases[phase_].next;
     if (next == static_cast<int>(phases_.size()) || !phases_[phase_].until->holds()) break;
+    places_->ended_stage[phase_] = 1;
     enter(next, m);
+  }
+}
+
+void SkillController::factors(const std::vector<Factor>& from, VectorXd& to) const {
+  if (from.empty()) return;
+  to.setOnes(static_cast<Eigen::Index>(skill_->model->joints().size()));
+  for (const Factor& f : from) {
+    const double value = f.value.value();
+    if (value >= 0 && std::isfinite(value)) to[f.joint] = value;
   }
 }
 
 void SkillController::command(const motion::Moment& m, motion::Senses& senses,
                               control::Command& c) {
-  const BoundPhase& p = phases_[phase_];
-  const double blend = p.blend.value();
-  const double done = blend > 0 ? std::min(1.0, (m.time - entered_) / blend) : 1.0;
+  const Phase& p = phases_[phase_];
+  const double every = p.reach ? skill_->phases[phase_].reach->every : 0;
+  const double since = (m.step - solved_step_) * skill_->model->timeStep();
+  if (every > 0 && since >= every - 1e-9) solveReach(m);
+  const double done = blend_ > 0 ? std::min(1.0, (m.time - entered_) / blend_) : 1.0;
   c.target.q = from_.q + done * (goal_.q - from_.q);
   reached_.q = done < 1 ? c.target.q : goal_.q;  // to the bit
   if (senses_velocity_) sensed_velocity_ = senses.comVelocity();
@@ -96,8 +209,12 @@ void SkillController::command(const motion::Moment& m, motion::Senses& senses,
       if (!std::isnan(add)) c.target.q[j.joint] += add;  // cop has no value in flight
     }
   }
-  c.forces.clear();
-  for (const Force& f : p.forces) c.forces.push_back(f.force);
+  factors(p.stiffness, c.stiffness);
+  factors(p.damping, c.damping);
+  c.forces = still_;
+  for (const Force& f : p.forces) {
+    if (moves(*f.term)) exert(f, m.s, c.forces);
+  }
   c.limited = skill_->phases[phase_].limited;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "traceur/motion/controller.h"
+#include "traceur/skill/bound.h"
 #include "traceur/skill/places.h"
 
 namespace traceur::skill {
@@ -15,13 +16,15 @@ namespace traceur::skill {
 ///
 ///     q* = q₀ + min(1, t / T) (q₁ − q₀) + feedback
 ///
-/// from where the last phase left them to this one's in its blend T, t since it was entered.
+/// from where the last phase left them to this one's in its blend T, t since it was entered. What a
+/// phase's targets and blend say is worked out as it is entered, its gains in each step, and its
+/// forces, where they name what changes.
 class SkillController : public motion::Controller {
  public:
   /// @param places  of the trial; its parameters and task are set before begin()
   SkillController(std::shared_ptr<const Skill> skill, Places& places);
 
-  void begin(const motion::Moment& m) override;
+  void begin(const motion::Moment& m, const control::JointTarget& held) override;
   void update(const motion::Moment& m) override;
   void command(const motion::Moment& m, motion::Senses& senses, control::Command& c) override;
   int phase() const override { return phase_; }
@@ -34,12 +37,18 @@ class SkillController : public motion::Controller {
     control::Expression value;
   };
   struct Force {
-    control::VirtualForce force;
-    control::Expression x, y, z;
+    const ForceTerm* term;
+    BoundVector force, moment;
   };
-  struct BoundPhase {
+  struct Factor {
+    int joint;
+    control::Expression value;
+  };
+  struct Phase {
     std::vector<Target> targets;
     control::Expression blend;
+    std::vector<Factor> stiffness, damping;
+    std::unique_ptr<BoundReach> reach;
     std::vector<Force> forces;
     std::optional<control::Expression> until;
   };
@@ -50,11 +59,17 @@ class SkillController : public motion::Controller {
 
   static std::vector<Target> bind(const std::vector<JointValue>& values,
                                   const control::Expression::Lookup& lookup);
+  static std::vector<Factor> bind(const std::vector<GainFactor>& values,
+                                  const control::Expression::Lookup& lookup);
   void enter(int phase, const motion::Moment& m);
+  static bool moves(const ForceTerm& f);
+  void solveReach(const motion::Moment& m);
+  void factors(const std::vector<Factor>& from, VectorXd& to) const;
+  void exert(const Force& force, const sim::Snapshot& s, std::vector<control::VirtualForce>& out);
 
   std::shared_ptr<const Skill> skill_;
   Places* places_;
-  std::vector<BoundPhase> phases_;
+  std::vector<Phase> phases_;
   std::vector<BoundFeedback> feedback_;
   bool senses_velocity_ = false;                 // feedback reads the COM's
   Vector3d sensed_velocity_ = Vector3d::Zero();  // [m/s]
@@ -62,6 +77,12 @@ class SkillController : public motion::Controller {
   int phase_ = 0;
   int entered_step_ = 0;  // a phase's time is a whole number of steps, a difference of times is not
   double entered_ = 0;    // [s]
+  double blend_ = 0;      // [s]
+  int solved_step_ = 0;   // when its reach was solved last
+  VectorXd wanted_;       // the pose that reach keeps near to
+  std::vector<control::VirtualForce> still_;    // forces that do not change in this phase
+  bool follows_cop_ = false;                    // some force's frame does
+  std::optional<Vector3d> cop_;                 // the last one
   control::JointTarget from_, goal_, reached_;  // reached: without feedback
 };
 

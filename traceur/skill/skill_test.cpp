@@ -332,10 +332,6 @@ TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
   EXPECT_EQ(s.start.q[s.model->joint("l_hip").q], 0.11);
   EXPECT_EQ(s.start.q[s.model->joint("r_hip").q], -0.11);
   EXPECT_EQ(s.start.q[s.model->joint("l_shin").q], poses.at("stand").joints.at("l_shin"));
-  EXPECT_EQ(s.controller.kp, 31);
-  EXPECT_EQ(s.controller.kd, 1.7);
-  EXPECT_EQ(s.controller.torque, 0.8);
-  EXPECT_EQ(s.controller.speed, 5);
   control::StablePd pd = controllerOf(s);
   for (const sim::JointGain& g : pd.gains()) EXPECT_EQ(std::pair(g.kp, g.kd), std::pair(31.0, 1.7));
   for (const sim::JointLimit& l : pd.limits()) {
@@ -362,12 +358,13 @@ TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
   EXPECT_FALSE(one.limited);
   EXPECT_EQ(one.until, "phase_time > 0.2");
   EXPECT_EQ(one.next, 1);
-  ASSERT_EQ(one.forces.size(), 2U);
-  EXPECT_EQ(s.model->bodyName(one.forces[1].body), "r_foot");
-  for (const ForceTerm& f : one.forces) {
-    EXPECT_EQ(f.p_BP, sim::Vector3d(0.01, 0.02, 0.03));
-    EXPECT_EQ(f.x + f.y + f.z, "ab(5)");
-  }
+  ASSERT_EQ(one.forces.size(), 1U);
+  const ForceTerm& f = one.forces[0];
+  ASSERT_EQ(f.points.size(), 2U);
+  EXPECT_EQ(s.model->bodyName(f.points[1].body), "r_foot");
+  for (const sim::BodyPoint& p : f.points) EXPECT_EQ(p.p_BP, sim::Vector3d(0.01, 0.02, 0.03));
+  EXPECT_EQ(f.force.x + f.force.y + f.force.z, "ab(5)");
+  EXPECT_FALSE(f.moves);
   EXPECT_TRUE(s.phases[1].from_previous);
   EXPECT_TRUE(s.phases[1].limited);
   EXPECT_EQ(s.phases[1].next, 0);
@@ -499,16 +496,16 @@ TEST(SkillFile, EachMistakeIsSaidAndNoOther) {
   with("hip = 0.05", "hip = [1]", "expected a number or an expression, got");
   with("[parameters]", "hip = \"lean\"\n[parameters]", "the start is the same in every trial");
   // What may be named where.
-  with("2 * lean", "2 * time", "nothing here is named \"time\"");
-  with("2 * lean", "com.z", "nothing here is named \"com.z\"");
   with("2 * lean", "bent", "nothing here is named \"bent\"");
   with("phase_time >= 0.1", "bent > 0", "nothing here is named \"bent\"");
   with("10 * fall", "com.z", "nothing here is named \"com.z\"");
+  with("10 * fall", "in.bend", "nothing here is named \"in.bend\"");
   with("10 * fall", "phase_time", "nothing here is named \"phase_time\"");
   for (const char* place : {"2 * lean", "phase_time >= 0.1", "10 * fall"}) {
     EXPECT_EQ(mistakes(replaced(nod, place, "pi + task + horizon + lean")), "accepted") << place;
   }
   EXPECT_EQ(mistakes(replaced(nod, "10 * fall", "time + fall + bent")), "accepted");
+  EXPECT_EQ(mistakes(replaced(nod, "2 * lean", "time + com.z + in.bend")), "accepted");
   // A force has three parts and a body that there is.
   const auto force = [&](const std::string& row) {
     return replaced(nod, "name = \"hold\"\n", "name = \"hold\"\nforce = [{ " + row + " }]\n");

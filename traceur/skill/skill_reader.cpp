@@ -1,0 +1,684 @@
+#include "traceur/skill/skill_reader.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "traceur/control/expression.h"
+#include "traceur/core/text.h"
+#include "traceur/skill/launch.h"
+#include "traceur/skill/scene_reader.h"
+#include "traceur/skill/words.h"
+
+namespace traceur::skill {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Reads one skill file. Mistakes are collected; the model is needed to check names, so a robot
+/// that cannot be loaded ends the reading of everything that depends on it.
+class SkillReader {
+ public:
+  /// @param whole  of which this is a part, performed in its scene; null for none
+  /// @param files  how many files were read so far
+  SkillReader(const fs::path& file, std::string text, const Disturbance& disturbance,
+              const Skill* whole, int& files)
+      : whole_(whole),
+        files_(&files),
+        document_(parseToml(text, file.string())),
+        diagnostics_(file.string()),
+        words_(skill_, diagnostics_) {
+    skill_.file = file;
+    skill_.disturbance = disturbance;
+    skill_.text = std::move(text);
+  }
+
+  std::shared_ptr<const Skill> read() {
+    const TomlReader top(document_, diagnostics_);
+    skill_.name = top.string("name");
+    skill_.description = top.string("description", "");
+    skill_.horizon = top.number("horizon");
+    if (!(skill_.horizon > 0 && skill_.horizon <= kLongest)) {
+      top.fail("horizon", fmt::format("\"horizon\": expected seconds in (0, {}]", kLongest));
+    }
+    skill_.target_cost = top.number("target_cost", skill_.target_cost);
+    readTask(top.table("task"));
+    readConstants(top.table("constants"));
+    readParameters(top.table("parameters"));
+    readModel(top);
+    if (skill_.model) {
+      words_.modelKnown();
+      readController(top.table("controller"));
+      readParts(top);
+      readPhases(top);
+      readStart(top.table("start"));
+      readFeedback(top);
+      readPushes(top);
+      readMeasures(top.table("measures"));
+      readFailures(top);
+      readObjective(top);
+      skill_.stop = words_.expression(top, "stop", "", Scope::kRunning);
+      skill_.task.achieved = words_.expression(top.table("task"), "achieved", "", Scope::kVerdict);
+    } else {
+      for (const char* key : {"start", "controller", "phase", "skill", "feedback", "push",
+                              "measures", "failure", "objective", "stop"}) {
+        top.find(key);  // cannot be judged without the robot
+      }
+    }
+    top.finish();
+    diagnostics_.throwIfAny();
+    if (skill_.launch) beginInTheAir();
+    return std::make_shared<const Skill>(std::move(skill_));
+  }
+
+ private:
+  /// Longest trial [s]: a mistyped horizon should not run for a day.
+  static constexpr double kLongest = 600;
+  /// Of parameters, phases and the like, each; more would take longer to check than a person waits,
+  /// and nobody practises so many [ours].
+  static constexpr size_t kMostRows = 500;
+  /// Of the files that one names as its parts, and they as theirs [ours].
+  static constexpr int kMostFiles = 100;
+
+  /// Ends the reading where there are more rows than anyone writes.
+  void limit(const TomlReader& row, std::string_view what, size_t rows) {
+    if (rows <= kMostRows) return;
+    diagnostics_.add(row.value().line, row.value().column,
+                     fmt::format("{} {}: expected at most {}", rows, what, kMostRows));
+    diagnostics_.throwIfAny();
+  }
+
+  void readTask(const TomlReader& t) {
+    Task& task = skill_.task;
+    task.name = t.string("name", "task");
+    task.unit = t.string("unit", "");
+    const std::vector<double> range =
+        t.has("range") ? t.numbers("range", 2) : std::vector<double>{0, 0};
+    task.min = range[0];
+    task.max = range[1];
+    task.initial = t.number("default", range[0]);
+    // Without it no trial could ever be said to have reached the task.
+    task.tolerance = t.has("achieved") ? t.number("tolerance") : t.number("tolerance", 0);
+    if (!(task.tolerance >= 0)) t.fail("tolerance", "\"tolerance\": expected a number >= 0");
+    if (!(task.min <= task.initial && task.initial <= task.max)) {
+      t.fail("default", "\"default\": expected min <= default <= max of \"range\"");
+    }
+    t.find("achieved");  // read when measures are known
+    t.finish();
+  }
+
+  void readConstants(const TomlReader& table) {
+    limit(table, "constants", table.names().size());
+    for (const std::string& name : table.names()) {  // each may name those before it
+      words_.declare(table, name, name);
+      const double value = words_.value(*table.find(name));
+      skill_.constants.emplace_back(name, value);
+    }
+  }
+
+  void readParameters(const TomlReader& table) {
+    limit(table, "parameters", table.names().size());
+    for (const std::string& name : table.names()) {  // the order of the optimiser's variables
+      const TomlReader row = table.table(name);
+      words_.declare(table, name, name);
+      ParamSpec p;
+      p.name = name;
+      p.unit = row.string("unit", "");
+      const std::vector<double> range = row.numbers("range", 2);
+      p.min = range[0];
+      p.max = range[1];
+      p.initial = row.number("initial", (p.min + p.max) / 2);
+      p.help = row.string("help", "");
+      if (!(p.min < p.max)) {
+        row.fail("range", fmt::format("\"{}\": expected a range [min, max] of finite numbers with "
+                                      "min < max, got [{}, {}]",
+                                      name, p.min, p.max));
+      } else if (!(p.min <= p.initial && p.initial <= p.max)) {
+        row.fail("initial", fmt::format("\"{}\": initial {} is outside [{}, {}]", name, p.initial,
+                                        p.min, p.max));
+      }
+      row.finish();
+      skill_.parameters.push_back(std::move(p));
+    }
+    if (skill_.parameters.empty()) {
+      diagnostics_.add(0, 0, "[parameters]: expected at least one parameter to practise");
+    }
+  }
+
+  void readModel(const TomlReader& top) {
+    sim::Scene scene;
+    scene.time_step = top.number("time_step", scene.time_step);
+    if (!(scene.time_step >= 1e-6 && scene.time_step <= 0.02)) {
+      top.fail("time_step", "\"time_step\": expected seconds in [0.000001, 0.02]");
+      scene.time_step = 0.001;
+    }
+    const TomlReader s = top.table("scene");
+    const std::vector<TomlReader> rows = readScene(s, scene);
+    scene.ground_material.friction =
+        skill_.disturbance.friction.value_or(scene.ground_material.friction);
+    limit(s, "props", rows.size());
+    s.finish();
+    const std::string robot = top.string("robot");
+    if (robot.empty()) return;
+    if (whole_) {
+      useModelOfWhole(top, robot, scene.time_step);
+      return;
+    }
+    std::string wrong;
+    try {
+      sim::Robot read = sim::Robot::fromFile(findRobot(robot, skill_.file.parent_path()));
+      read.mass_scale *= skill_.disturbance.mass;
+      scene.robot = std::make_shared<const sim::Robot>(std::move(read));
+      skill_.model = sim::Model::fromScene(scene);
+      if (scene.ground && skill_.model->rootDofs() == 6 && !skill_.model->canTouchWorld()) {
+        top.fail("robot", fmt::format("\"robot\": nothing of it can touch the ground: expected a "
+                                      "shape that collides in {}",
+                                      scene.robot->file.string()));
+      }
+      return;
+    } catch (const InputError& e) {
+      wrong = e.what();
+    }
+    // Whose mistake is it? A prop's is reported at its own line.
+    bool found = false;
+    sim::Scene good = scene;
+    good.props.clear();
+    if (scene.robot && !rows.empty() && !complaint(good)) {
+      for (size_t i = 0; i < rows.size(); ++i) {
+        good.props.push_back(scene.props[i]);
+        if (const auto why = complaint(good)) {
+          rows[i].fail("name", *why);
+          good.props.pop_back();
+          found = true;
+        }
+      }
+    }
+    if (!found) top.fail("robot", fmt::format("\"robot\": {}", wrong));
+  }
+
+  static std::optional<std::string> complaint(const sim::Scene& scene) {
+    try {
+      sim::Model::fromScene(scene);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return std::nullopt;
+  }
+
+  /// A part is performed by the same robot in the whole's scene.
+  void useModelOfWhole(const TomlReader& top, const std::string& robot, double time_step) {
+    skill_.model = whole_->model;
+    const sim::Robot& ours = *skill_.model->robot();
+    try {
+      const fs::path found = findRobot(robot, skill_.file.parent_path());
+      const fs::path& known = ours.toml.empty() ? ours.file : ours.toml;
+      std::error_code ignored;
+      if (!fs::equivalent(found, known, ignored)) {
+        top.fail("robot", fmt::format("\"robot\": {} is not that of the skill it is a part of: {}",
+                                      found.string(), known.string()));
+      }
+    } catch (const InputError& e) {
+      top.fail("robot", fmt::format("\"robot\": {}", e.what()));
+    }
+    if (time_step != skill_.model->timeStep()) {
+      top.fail("time_step", fmt::format("\"time_step\": {} s: expected that of the skill it is a "
+                                        "part of, {} s",
+                                        time_step, skill_.model->timeStep()));
+    }
+  }
+
+  void readStart(const TomlReader& start) {
+    const TomlReader row = start.table("pose");
+    const auto [base, attitude] = words_.basePose(row, "base");
+    sim::Pose pose;
+    for (size_t i = 0; i < skill_.model->joints().size(); ++i) {
+      pose.joints[skill_.model->joints()[i].name] = base[static_cast<Eigen::Index>(i)];
+    }
+    pose.root_rpy = attitude;
+    for (const std::string& key : row.names()) {
+      if (key == "base") continue;
+      const double value = words_.value(*row.find(key));
+      for (const auto& [joint, sign] : words_.joints(row, key, key)) {
+        pose.joints[skill_.model->joints()[joint].name] = sign * value;
+      }
+    }
+    readLaunch(start, pose);
+    if (start.has("after")) {
+      const TomlReader after = start.table("after");
+      if (skill_.launch) start.fail("after", "\"after\": expected this or a start in the air");
+      skill_.after = readPart(after, Scope::kConstant);
+      after.finish();
+    }
+    start.finish();
+    skill_.start = skill_.model->stateOf(pose);
+    if (whole_ || skill_.launch || skill_.after) return;
+    static constexpr double kDepth = 1e-3;  // of a robot's own geometry set on z = 0: none [ours]
+    if (const auto in = skill_.model->bodyReachedInto(skill_.start, kDepth)) {
+      diagnostics_.add(0, 0,
+                       fmt::format("[start.pose]: the robot begins inside \"{}\": expected it "
+                                   "beside or above, its lowest point is on z = 0",
+                                   skill_.model->bodyName(*in)));
+    }
+  }
+
+  void readLaunch(const TomlReader& start, const sim::Pose& pose) {
+    bool any = false;
+    for (const char* key : {"height", "velocity", "spin", "roll", "pitch", "yaw"}) {
+      if (!start.has(key)) continue;
+      any = true;
+      if (skill_.model->rootDofs() != 6) {
+        start.fail(key, fmt::format("\"{}\": the robot is fixed to the world: it cannot start "
+                                    "elsewhere than there",
+                                    key));
+        start.find(key);
+        return;
+      }
+    }
+    if (!any) return;
+    Launch l;
+    l.pose = pose;
+    l.height = words_.expression(start, "height", "0", Scope::kSetup);
+    l.velocity = words_.vector(start, "velocity", Scope::kSetup);
+    l.spin = words_.vector(start, "spin", Scope::kSetup);
+    l.roll = words_.expression(start, "roll", "", Scope::kSetup);
+    l.pitch = words_.expression(start, "pitch", "", Scope::kSetup);
+    l.yaw = words_.expression(start, "yaw", "", Scope::kSetup);
+    skill_.launch = std::move(l);
+  }
+
+  /// The state that the initial parameters and task start from.
+  void beginInTheAir() {
+    Places places(skill_);
+    places.parameters = skill_.initialParameters();
+    places.task = skill_.task.initial;
+    skill_.start = LaunchState(skill_, places).state();
+  }
+
+  void readController(const TomlReader& c) {
+    using Override = ControllerOptions::Override;
+    std::vector<Override>& all = skill_.controller.joints;
+    all.resize(skill_.model->joints().size());
+    const auto read = [&](const char* key, std::optional<double> Override::*member, bool limit) {
+      const TomlValue* v = c.find(key);
+      if (!v) return;
+      const auto number = [&](const TomlReader& row, const std::string& name) {
+        const double x = limit ? row.numberOrInfinity(name) : row.number(name);
+        if (!(x >= 0)) row.fail(name, fmt::format("\"{}\": expected a number >= 0", name));
+        return x;
+      };
+      if (!v->isTable()) {
+        const double x = number(c, key);
+        for (Override& o : all) o.*member = x;
+        return;
+      }
+      const TomlReader row = c.table(key);
+      for (const auto& [name, joints] : jointRows(row)) {
+        const double x = number(row, name);
+        for (const int joint : joints) all[joint].*member = x;
+      }
+    };
+    read("kp", &Override::kp, false);
+    read("kd", &Override::kd, false);
+    read("ki", &Override::ki, false);
+    read("torque_limit", &Override::torque, true);
+    read("speed_limit", &Override::speed, true);
+    c.finish();
+    if (whole_ && c.names().empty()) {
+      skill_.controller = whole_->controller;
+    } else if (whole_ && skill_.controller != whole_->controller) {
+      diagnostics_.add(c.value().line, c.value().column,
+                       "[controller]: expected that of the skill it is a part of, or none");
+    }
+  }
+
+  /// The keys of a table of joints, pairs and "all", which comes first, with the joints they mean.
+  std::vector<std::pair<std::string, std::vector<int>>> jointRows(const TomlReader& row) {
+    std::vector<std::pair<std::string, std::vector<int>>> rows;
+    for (const std::string& name : row.names()) {
+      std::vector<int> joints;
+      if (name == "all") {
+        for (size_t i = 0; i < skill_.model->joints().size(); ++i) {
+          joints.push_back(static_cast<int>(i));
+        }
+        rows.insert(rows.begin(), {name, joints});
+        continue;
+      }
+      for (const auto& [joint, unused] : words_.joints(row, name, name)) joints.push_back(joint);
+      rows.emplace_back(name, joints);
+    }
+    return rows;
+  }
+
+  /// Factors on gains: one for all joints, or a table.
+  std::vector<GainFactor> readFactors(const TomlReader& phase, const char* key) {
+    std::vector<GainFactor> out;
+    const TomlValue* v = phase.find(key);
+    if (!v) return out;
+    if (!v->isTable()) {
+      const std::string text = words_.expression(*v, Scope::kRunning);
+      for (size_t i = 0; i < skill_.model->joints().size(); ++i) {
+        out.push_back({static_cast<int>(i), text});
+      }
+      return out;
+    }
+    const TomlReader row = phase.table(key);
+    for (const auto& [name, joints] : jointRows(row)) {
+      const std::string text = words_.expression(*row.find(name), Scope::kRunning);
+      for (const int joint : joints) out.push_back({joint, text});
+    }
+    return out;
+  }
+
+  void readParts(const TomlReader& top) {
+    const std::vector<TomlReader> rows = top.tables("skill");
+    limit(top, "skills", rows.size());
+    for (const TomlReader& row : rows) {
+      if (top.has("phase")) {
+        row.fail("file", "[[skill]]: expected either skills or phases");
+        return;
+      }
+      Part part = readPart(row, Scope::kSetup);
+      words_.declare(row, row.has("name") ? "name" : "file", part.name);
+      row.find("until");  // read when all parts can be named
+      row.finish();
+      if (part.skill) skill_.parts.push_back(std::move(part));
+    }
+    if (skill_.parts.size() < rows.size()) return;
+    for (size_t i = 0; i < rows.size(); ++i) {
+      skill_.parts[i].until = words_.expression(rows[i], "until", "", Scope::kRunning);
+    }
+    for (const Part& part : skill_.parts) {
+      for (const Failure& f : part.skill->failures) {
+        skill_.failures.push_back({part.name + "." + f.name, "", {}});
+      }
+    }
+  }
+
+  /// @param scope  of what its parameters and its task are set to
+  Part readPart(const TomlReader& row, Scope scope) {
+    Part part;
+    const std::string file = row.string("file");
+    part.name = row.string("name", fs::path(file).stem().string());
+    const TomlReader set = row.table("parameters");
+    if (file.empty()) return part;
+    try {
+      if (++*files_ > kMostFiles) {
+        throw InputError(
+            fmt::format("more than {} files are parts of this one: does one name "
+                        "itself?",
+                        kMostFiles));
+      }
+      const fs::path path = skill_.file.parent_path() / file;
+      part.skill = SkillReader(path, readFile(path), {}, &skill_, *files_).read();
+    } catch (const InputError& e) {
+      row.fail("file", fmt::format("\"file\": {}", e.what()));
+      for (const std::string& name : set.names()) set.find(name);
+      row.find("task");
+      return part;
+    }
+    for (const ParamSpec& p : part.skill->parameters) {
+      const TomlValue* v = set.find(p.name);
+      part.parameters.push_back(v ? words_.expression(*v, scope) : fmt::format("({})", p.initial));
+    }
+    set.finish();
+    part.task = row.has("task") ? words_.expression(row, "task", "0", scope)
+                                : fmt::format("({})", part.skill->task.initial);
+    return part;
+  }
+
+  void readPhases(const TomlReader& top) {
+    const std::vector<TomlReader> rows = top.tables("phase");
+    if (rows.empty() && !top.has("skill")) {
+      diagnostics_.add(0, 0, "[[phase]]: expected at least one phase");
+    }
+    limit(top, "phases", rows.size());
+    for (const TomlReader& row : rows) {  // names first: phases are named in "during"
+      Phase p;
+      p.name = row.string("name");
+      for (const Phase& other : skill_.phases) {
+        if (other.name == p.name && !p.name.empty()) {
+          row.fail("name", fmt::format("\"{}\": two phases have this name", p.name));
+        }
+      }
+      skill_.phases.push_back(std::move(p));
+    }
+    for (size_t i = 0; i < rows.size(); ++i) {
+      const TomlReader& row = rows[i];
+      Phase& p = skill_.phases[i];
+      const TomlReader pose = row.table("pose");
+      p.from_previous = pose.string("base", "") == "previous";
+      p.base = p.from_previous ? VectorXd() : words_.basePose(pose, "base").first;
+      p.targets = words_.jointValues(pose, {"base"}, Scope::kRunning);
+      p.blend = words_.expression(row, "blend", "0", Scope::kRunning);
+      p.stiffness = readFactors(row, "stiffness");
+      p.damping = readFactors(row, "damping");
+      p.limited = row.boolean("limited", true);
+      if (row.has("reach")) p.reach = readReach(row.table("reach"));
+      for (const TomlReader& f : row.tables("force")) readForce(f, p);
+      p.until = words_.expression(row, "until", "", Scope::kRunning);
+      p.next = static_cast<int>(i) + 1;
+      if (row.has("then")) p.next = words_.phaseIndex(row, "then", row.string("then")).value_or(0);
+      const bool last = p.next == static_cast<int>(rows.size());
+      if (p.until.empty() && !last) {
+        row.fail("until", fmt::format("phase \"{}\": \"until\" is missing: expected the condition "
+                                      "that begins \"{}\"",
+                                      p.name, skill_.phases[p.next].name));
+      }
+      row.finish();
+    }
+  }
+
+  Reach readReach(const TomlReader& row) {
+    Reach reach;
+    for (const TomlReader& g : row.tables("goal")) {
+      ReachGoal goal;
+      goal.of = words_.place(g, "of");
+      if (g.has("from")) goal.from = words_.place(g, "from");
+      const auto read = [&](const char* key, std::string& text) {
+        text = words_.expression(g, key, "", Scope::kRunning);
+        return !text.empty();
+      };
+      bool any = false;
+      for (const auto& [key, text] :
+           std::initializer_list<std::pair<const char*, std::string*>>{{"x", &goal.x},
+                                                                       {"y", &goal.y},
+                                                                       {"z", &goal.z},
+                                                                       {"distance", &goal.distance},
+                                                                       {"roll", &goal.roll},
+                                                                       {"pitch", &goal.pitch},
+                                                                       {"yaw", &goal.yaw}}) {
+        any = read(key, *text) || any;
+      }
+      if (!any) {
+        g.fail("of", "a goal: expected where it should be: x, y, z, distance, roll, pitch or yaw");
+      }
+      const bool turns = !(goal.roll + goal.pitch + goal.yaw).empty();
+      if (turns && goal.of.points.empty()) {
+        g.fail("of", "\"of\": expected a body, whose roll, pitch and yaw are meant");
+      }
+      goal.weight = words_.expression(g, "weight", "1", Scope::kRunning);
+      g.finish();
+      reach.goals.push_back(std::move(goal));
+    }
+    if (row.has("hold")) reach.hold = words_.bodies(row, "hold");
+    if (reach.goals.empty()) row.fail("goal", "[[phase.reach.goal]]: expected at least one goal");
+    if (row.has("joints")) {
+      std::set<int> joints;
+      for (const std::string& name : row.strings("joints")) {
+        for (const auto& [joint, unused] : words_.joints(row, "joints", name)) {
+          joints.insert(joint);
+        }
+      }
+      reach.joints.assign(joints.begin(), joints.end());
+    } else {
+      for (size_t i = 0; i < skill_.model->joints().size(); ++i) {
+        if (skill_.model->joints()[i].motor >= 0) reach.joints.push_back(static_cast<int>(i));
+      }
+    }
+    reach.every = row.number("every", 0);
+    if (!(reach.every >= 0)) row.fail("every", "\"every\": expected seconds >= 0");
+    row.finish();
+    return reach;
+  }
+
+  void readForce(const TomlReader& f, Phase& phase) {
+    ForceTerm term;
+    const int kinds = f.has("bodies") + f.has("points") + f.has("com");
+    term.com = f.boolean("com", false);
+    if (f.has("points")) {
+      for (const std::string& name : f.strings("points")) {
+        try {
+          term.points.push_back(skill_.model->contactPoint(name));
+        } catch (const InputError& e) {
+          f.fail("points", fmt::format("\"points\": {}", e.what()));
+        }
+      }
+    } else if (!f.has("com")) {
+      const sim::Vector3d at =
+          f.has("at") ? readVector(f, "at") : sim::Vector3d(sim::Vector3d::Zero());
+      for (const sim::BodyId body : words_.bodies(f, "bodies")) term.points.push_back({body, at});
+    }
+    if (kinds > 1) f.fail("bodies", "expected one of \"bodies\", \"points\" and \"com\"");
+    if (!f.has("force") && !f.has("moment")) {
+      f.fail("force", "\"force\": expected a list of 3 numbers or expressions [N]");
+    }
+    term.force = words_.vector(f, "force", Scope::kRunning);
+    term.moment = words_.vector(f, "moment", Scope::kRunning);
+    if (term.com && f.has("moment")) {
+      f.fail("moment", "\"moment\": expected \"bodies\" or \"points\": a moment is on a body");
+    }
+    for (const VectorText* v : {&term.force, &term.moment}) {
+      for (const std::string* text : {&v->x, &v->y, &v->z}) {
+        term.moves = term.moves || words_.moves(*text);
+      }
+    }
+    const std::string frame = f.string("frame", "world");
+    static const std::vector<std::string> kFrames = {"world", "cop to com"};
+    if (frame == kFrames[1]) {
+      term.frame = Frame::kCopToCom;
+    } else if (frame != kFrames[0]) {
+      f.fail("frame", fmt::format("\"frame\": expected \"world\" or \"cop to com\", got \"{}\".{}",
+                                  frame, didYouMean(frame, kFrames)));
+    }
+    term.touching = f.boolean("touching", false);
+    if (f.has("against")) term.against = words_.bodies(f, "against");
+    f.finish();
+    phase.forces.push_back(std::move(term));
+  }
+
+  void readPushes(const TomlReader& top) {
+    limit(top, "pushes", top.tables("push").size());
+    for (const TomlReader& row : top.tables("push")) {
+      PushTerm p;
+      const std::string body = row.string("body");
+      try {
+        if (!body.empty()) p.body = skill_.model->body(body);
+      } catch (const InputError& e) {
+        row.fail("body", fmt::format("\"body\": {}", e.what()));
+      }
+      if (!row.has("force") && !row.has("moment")) {
+        row.fail("force", "\"force\": expected a list of 3 numbers or expressions [N]");
+      }
+      p.force = words_.vector(row, "force", Scope::kSetup);
+      p.moment = words_.vector(row, "moment", Scope::kSetup);
+      if (!row.has("at")) row.fail("at", "\"at\": expected when it begins [s]");
+      p.at = words_.expression(row, "at", "0", Scope::kSetup);
+      p.duration = words_.expression(row, "duration", "0.1", Scope::kSetup);
+      row.finish();
+      skill_.pushes.push_back(std::move(p));
+    }
+  }
+
+  void readFeedback(const TomlReader& top) {
+    for (const TomlReader& row : top.tables("feedback")) {
+      Feedback f;
+      const std::string add = words_.expression(row, "add", "0", Scope::kRunning);
+      for (const std::string& name : row.strings("joints")) {
+        for (const auto& [joint, sign] : words_.joints(row, "joints", name)) {
+          f.joints.push_back({joint, sign, add});
+        }
+      }
+      f.during = words_.during(row);
+      row.finish();
+      skill_.feedback.push_back(std::move(f));
+    }
+  }
+
+  void readMeasures(const TomlReader& table) {
+    static const std::vector<std::string> kTakes = {"first", "last", "min",
+                                                    "max",   "mean", "integral"};
+    limit(table, "measures", table.names().size());
+    for (const std::string& name : table.names()) {
+      const TomlReader row = table.table(name);
+      words_.declare(table, name, name);
+      Measure m;
+      m.name = name;
+      m.of = words_.expression(row, "of", "", Scope::kRunning);
+      if (m.of.empty()) row.fail("of", fmt::format("measure \"{}\": \"of\" is missing", name));
+      const std::string take = row.string("take");
+      const auto it = std::find(kTakes.begin(), kTakes.end(), take);
+      if (it == kTakes.end()) {
+        row.fail("take", fmt::format("\"take\": expected one of {}, got \"{}\".{}", join(kTakes),
+                                     take, didYouMean(take, kTakes)));
+      } else {
+        m.take = static_cast<Measure::Take>(it - kTakes.begin());
+      }
+      m.during = words_.during(row);
+      m.when = words_.expression(row, "when", "", Scope::kRunning);
+      if (m.take == Measure::Take::kIntegral) m.otherwise = 0;
+      m.otherwise = row.number("otherwise", m.otherwise);
+      row.finish();
+      skill_.measures.push_back(std::move(m));
+    }
+  }
+
+  void readFailures(const TomlReader& top) {
+    for (Failure& f : skill_.failures) f.during.assign(skill_.phaseNames().size(), true);
+    limit(top, "failures", top.tables("failure").size());
+    for (const TomlReader& row : top.tables("failure")) {
+      Failure f;
+      f.name = row.string("name");
+      words_.declare(row, "name", f.name);
+      f.when = words_.expression(row, "when", "", Scope::kRunning);
+      if (f.when.empty())
+        row.fail("when", fmt::format("failure \"{}\": \"when\" is missing", f.name));
+      f.during = words_.during(row);
+      row.finish();
+      skill_.failures.push_back(std::move(f));
+    }
+  }
+
+  void readObjective(const TomlReader& top) {
+    for (const TomlReader& row : top.tables("objective")) {
+      Term t;
+      t.name = row.string("name");
+      t.cost = words_.expression(row, "cost", "", Scope::kVerdict);
+      if (t.cost.empty())
+        row.fail("cost", fmt::format("objective \"{}\": \"cost\" is missing", t.name));
+      row.finish();
+      skill_.terms.push_back(std::move(t));
+    }
+    if (skill_.terms.empty()) {
+      diagnostics_.add(0, 0, "[[objective]]: expected at least one term");
+    }
+  }
+
+  const Skill* whole_;
+  int* files_;
+  TomlValue document_;
+  Diagnostics diagnostics_;
+  Skill skill_;
+  Words words_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Skill> readSkill(const std::string& text, const std::filesystem::path& file,
+                                       const Disturbance& disturbance) {
+  int files = 0;
+  return SkillReader(file, text, disturbance, nullptr, files).read();
+}
+
+}  // namespace traceur::skill

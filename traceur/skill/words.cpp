@@ -1,0 +1,288 @@
+#include "traceur/skill/words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "traceur/control/expression.h"
+#include "traceur/core/error.h"
+#include "traceur/core/text.h"
+
+namespace traceur::skill {
+namespace {
+
+/// More would take longer to check than a person waits, and nobody practises so many [ours].
+constexpr int kMostExpressions = 5000;
+
+bool holds(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+void Words::declare(const TomlReader& row, std::string_view key, const std::string& name) {
+  if (name.empty()) return;  // said to be missing already
+  if (!control::Expression::isName(name) || name.find('.') != std::string::npos) {
+    row.fail(key, fmt::format("\"{}\": expected a name of letters, digits and _, that is no "
+                              "function",
+                              name));
+    return;
+  }
+  static const std::set<std::string> kOurs = {"task",       "horizon", "time",
+                                              "phase_time", "stop",    "diverged"};
+  if (kOurs.contains(name)) {
+    row.fail(key, fmt::format("\"{}\" has a meaning of its own: expected another name", name));
+  } else if (!names_.insert(name).second) {
+    row.fail(key, fmt::format("\"{}\": two parameters, measures or failures have this name", name));
+  }
+}
+
+std::optional<int> Words::phaseIndex(const TomlReader& row, const char* key,
+                                     const std::string& name) {
+  const std::vector<std::string> phases = skill_->phaseNames();
+  const auto at = std::find(phases.begin(), phases.end(), name);
+  if (at != phases.end()) return static_cast<int>(at - phases.begin());
+  row.fail(key,
+           fmt::format("\"{}\": no phase named \"{}\".{}", key, name, didYouMean(name, phases)));
+  return std::nullopt;
+}
+
+std::vector<bool> Words::during(const TomlReader& row) {
+  const std::vector<std::string> phases = skill_->phaseNames();
+  std::vector<bool> in(phases.size(), !row.has("during"));
+  if (!row.has("during")) return in;
+  for (const std::string& name : row.strings("during")) {
+    bool part = false;  // all of its phases
+    for (const Part& p : skill_->parts) part = part || p.name == name;
+    for (size_t i = 0; part && i < phases.size(); ++i) {
+      if (phases[i].starts_with(name + ".")) in[i] = true;
+    }
+    if (part) continue;
+    if (const auto phase = phaseIndex(row, "during", name)) in[*phase] = true;
+  }
+  return in;
+}
+
+std::pair<VectorXd, sim::Vector3d> Words::basePose(const TomlReader& row, const char* key) {
+  const sim::Model& m = *skill_->model;
+  VectorXd q = VectorXd::Zero(static_cast<Eigen::Index>(m.joints().size()));
+  const std::string name = row.string(key, "zero");
+  const auto pose = m.robot()->poses.find(name);
+  if (pose == m.robot()->poses.end()) {
+    if (name == "zero") return {q, sim::Vector3d::Zero()};
+    std::vector<std::string> names = {"zero", "previous"};
+    for (const auto& [known, unused] : m.robot()->poses) names.push_back(known);
+    row.fail(key, fmt::format("\"{}\": {} has no pose \"{}\".{} Known: {}", key, m.robot()->name,
+                              name, didYouMean(name, names), join(names)));
+    return {q, sim::Vector3d::Zero()};
+  }
+  for (size_t i = 0; i < m.joints().size(); ++i) {
+    const auto angle = pose->second.joints.find(m.joints()[i].name);
+    if (angle != pose->second.joints.end()) q[static_cast<Eigen::Index>(i)] = angle->second;
+  }
+  return {q, pose->second.root_rpy};
+}
+
+std::vector<std::pair<int, double>> Words::joints(const TomlReader& row, const std::string& key,
+                                                  const std::string& word) {
+  const sim::Model& m = *skill_->model;
+  std::vector<std::pair<int, double>> out;
+  for (const sim::SignedJoint& j : m.robot()->jointsNamed(word)) {
+    int index = -1;
+    for (size_t i = 0; i < m.joints().size(); ++i) {
+      if (m.joints()[i].name == j.joint) index = static_cast<int>(i);
+    }
+    if (index < 0) {
+      std::vector<std::string> names;
+      for (const auto& [pair, unused] : m.robot()->mirrored) names.push_back(pair);
+      for (const sim::Joint& joint : m.joints()) names.push_back(joint.name);
+      row.fail(key, fmt::format("no joint or pair of joints named \"{}\".{}", word,
+                                didYouMean(word, names)));
+    } else {
+      out.emplace_back(index, j.sign);
+    }
+  }
+  return out;
+}
+
+std::vector<JointValue> Words::jointValues(const TomlReader& row,
+                                           const std::set<std::string>& except, Scope scope) {
+  std::vector<JointValue> out;
+  for (const std::string& key : row.names()) {
+    if (except.contains(key)) continue;
+    const std::string text = expression(*row.find(key), scope);
+    for (const auto& [joint, sign] : joints(row, key, key)) out.push_back({joint, sign, text});
+  }
+  return out;
+}
+
+std::vector<sim::BodyId> Words::bodiesNamed(const std::string& name) const {
+  const sim::Model& m = *skill_->model;
+  const auto group = m.robot()->bodies.find(name);
+  bool body = false;
+  for (int b = 0; b < m.bodies(); ++b) body = body || m.bodyName({b}) == name;
+  if (body || group == m.robot()->bodies.end()) return {m.body(name)};
+  std::vector<sim::BodyId> all;
+  for (const std::string& one : group->second) all.push_back(m.body(one));
+  return all;
+}
+
+std::vector<sim::BodyId> Words::bodies(const TomlReader& row, const char* key) {
+  std::vector<sim::BodyId> out;
+  for (const std::string& name : row.strings(key)) {
+    try {
+      for (const sim::BodyId body : bodiesNamed(name)) out.push_back(body);
+    } catch (const InputError& e) {
+      row.fail(key, fmt::format("\"{}\": {}", key, e.what()));
+    }
+  }
+  return out;
+}
+
+control::Place Words::place(const TomlReader& row, const char* key) {
+  control::Place place;
+  const std::string name = row.string(key);
+  if (name.empty()) return place;
+  try {
+    if (name == "com") {
+      place.com = true;
+    } else if (skill_->model->robot()->contacts.contains(name)) {
+      place.points.push_back(skill_->model->contactPoint(name));
+    } else {
+      for (const sim::BodyId body : bodiesNamed(name)) place.points.push_back({body});
+    }
+  } catch (const InputError& e) {
+    row.fail(key,
+             fmt::format("\"{}\": expected \"com\", a contact point, a body or a group of them: "
+                         "{}",
+                         key, e.what()));
+  }
+  return place;
+}
+
+std::string Words::expression(const TomlReader& row, const char* key, const char* otherwise,
+                              Scope scope) {
+  const TomlValue* v = row.find(key);
+  return v ? expression(*v, scope) : otherwise;
+}
+
+VectorText Words::vector(const TomlReader& row, const char* key, Scope scope) {
+  VectorText text;
+  const TomlValue* v = row.find(key);
+  if (!v) return text;
+  if (!v->isArray() || v->array().size() != 3) {
+    row.fail(key, fmt::format("\"{}\": expected a list of 3 numbers or expressions", key));
+    return text;
+  }
+  std::string* const parts[] = {&text.x, &text.y, &text.z};
+  for (int i = 0; i < 3; ++i) *parts[i] = expression(v->array()[i], scope);
+  return text;
+}
+
+double Words::value(const TomlReader& row, const char* key, double otherwise) {
+  const TomlValue* v = row.find(key);
+  return v ? value(*v) : otherwise;
+}
+
+double Words::value(const TomlValue& v) {
+  const control::Expression e(expression(v, Scope::kConstant), [&](const std::string& name) {
+    for (const auto& [known, value] : skill_->constants) {
+      if (known == name) return &value;
+    }
+    return static_cast<const double*>(nullptr);
+  });
+  return e.value();
+}
+
+bool Words::moves(const std::string& expression) const {
+  const std::vector<std::string> fixed = plainNames(Scope::kSetup);
+  for (const std::string& name : control::Expression::namesIn(expression)) {
+    if (!holds(fixed, name)) return true;
+  }
+  return false;
+}
+
+std::string Words::expression(const TomlValue& v, Scope scope) {
+  const auto fail = [&](std::string_view message) {
+    diagnostics_->add(v.line, v.column, message);
+    return std::string("0");
+  };
+  if (v.isNumber()) {
+    if (!std::isfinite(v.number())) return fail("expected a finite number");
+    return fmt::format("({})", v.number());
+  }
+  if (!v.isString()) {
+    return fail(fmt::format("expected a number or an expression, got {}", v.kind()));
+  }
+  if (++expressions_ > kMostExpressions) {
+    fail(fmt::format("the {}. expression: expected at most {}", expressions_, kMostExpressions));
+    diagnostics_->throwIfAny();
+  }
+  const double somewhere = 1;
+  try {
+    for (const std::string& name : control::Expression::namesIn(v.string())) {
+      if (known(scope, name)) continue;
+      if (scope == Scope::kConstant) {
+        return fail(fmt::format("\"{}\": the start is the same in every trial: expected a number",
+                                v.string()));
+      }
+      const std::vector<std::string> candidates = names(scope);
+      return fail(fmt::format("\"{}\": nothing here is named \"{}\".{}", v.string(), name,
+                              didYouMean(name, candidates)));
+    }
+    const control::Expression checked(v.string(), [&](auto&) { return &somewhere; });
+  } catch (const InputError& e) {
+    return fail(e.what());
+  }
+  return v.string();
+}
+
+bool Words::known(Scope scope, const std::string& name) {
+  if (holds(plainNames(scope), name)) return true;
+  if (scope == Scope::kVerdict) return knownOfPart(name);
+  return scope == Scope::kRunning && signals_->find(name);
+}
+
+bool Words::knownOfPart(const std::string& name) const {
+  for (const Part& part : skill_->parts) {
+    if (!name.starts_with(part.name + ".")) continue;
+    const std::string rest = name.substr(part.name.size() + 1);
+    if (rest == "cost") return true;
+    Diagnostics none("");
+    if (Words(*part.skill, none).known(Scope::kVerdict, rest)) return true;
+  }
+  return false;
+}
+
+std::vector<std::string> Words::plainNames(Scope scope) const {
+  std::vector<std::string> out = {"pi"};
+  for (const auto& [name, unused] : skill_->constants) out.push_back(name);
+  if (scope == Scope::kConstant) return out;
+  out.insert(out.end(), {"task", "horizon"});
+  for (const ParamSpec& p : skill_->parameters) out.push_back(p.name);
+  if (scope == Scope::kRunning) {
+    out.insert(out.end(), {"time", "phase_time"});
+    for (const std::string& stage : skill_->stageNames()) {
+      out.push_back("in." + stage);
+      out.push_back("ended." + stage);
+    }
+  }
+  if (scope == Scope::kVerdict) {
+    out.push_back("time");
+    for (const Measure& m : skill_->measures) out.push_back(m.name);
+    for (const Failure& f : skill_->failures) out.push_back(f.name);
+  }
+  return out;
+}
+
+std::vector<std::string> Words::names(Scope scope) const {
+  std::vector<std::string> out = plainNames(scope);
+  for (std::string& name : out) name = control::Expression::spelled(name);
+  if (scope == Scope::kRunning) {
+    for (const std::string& s : signals_->names()) out.push_back(s);
+  }
+  return out;
+}
+
+}  // namespace traceur::skill
