@@ -13,45 +13,6 @@
 
 namespace traceur::cli {
 
-double toNumber(const std::string& text, const std::string& where) {
-  const std::optional<double> value = parseNumber(text);
-  if (!value || std::isnan(*value)) {
-    throw InputError(fmt::format("{}: \"{}\" is not a number", where, text));
-  }
-  return *value;
-}
-
-Eigen::VectorXd toTasks(const std::string& text, const std::string& where) {
-  static constexpr double kMostTasks = 1000;  // more are a slip of the keyboard
-  const std::vector<std::string> parts = split(text, ':');
-  if (parts.size() != 3 || text.back() == ':') {
-    throw InputError(fmt::format("{}: expected FIRST:LAST:COUNT, got \"{}\"", where, text));
-  }
-  const double first = toNumber(parts[0], where);
-  const double last = toNumber(parts[1], where);
-  const double count = toNumber(parts[2], where);
-  if (!(std::isfinite(first) && std::isfinite(last) && first < last)) {
-    throw InputError(
-        fmt::format("{}: expected FIRST below LAST, got {} and {}", where, first, last));
-  }
-  if (!(count >= 2 && count <= kMostTasks && count == std::floor(count))) {
-    throw InputError(
-        fmt::format("{}: expected a COUNT in [2, {}], got {}", where, kMostTasks, parts[2]));
-  }
-  return Eigen::VectorXd::LinSpaced(static_cast<Eigen::Index>(count), first, last);
-}
-
-std::string tasksText(const Eigen::VectorXd& tasks) {
-  return fmt::format("{}:{}:{}", tasks[0], tasks[tasks.size() - 1], tasks.size());
-}
-
-int controlPointsOf(const std::string& curve, int tasks) {
-  const int points = curve == "cubic" ? 4 : 2;
-  if (points <= tasks) return points;
-  throw InputError(
-      fmt::format("--curve {}: expected at least {} tasks, got {}", curve, points, tasks));
-}
-
 std::string optimisersHelp() {
   std::string text;
   for (const bool families : {false, true}) {

@@ -6,21 +6,20 @@
 
 #include "apps/cli/arguments.h"
 #include "apps/cli/csv.h"
-#include "apps/cli/family_run.h"
 #include "apps/cli/output.h"
-#include "apps/cli/search.h"
-#include "apps/cli/trained.h"
+#include "apps/cli/performance.h"
 #include "apps/cli/verbs.h"
 #include "traceur/control/expression.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/printable.h"
-#include "traceur/skill/rollout.h"
+#include "traceur/practice/learned.h"
 
 namespace traceur::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using practice::LearnedSkill;
 using skill::Skill;
 
 struct Arguments {
@@ -31,38 +30,8 @@ struct Arguments {
   bool json = false;
 };
 
-/// A skill with the parameters that were learned for a task.
-struct Learned {
-  std::shared_ptr<const Skill> skill;
-  double task = 0;
-  Eigen::VectorXd parameters;
-};
-
-Learned learnedFrom(const RunFile& run, const Arguments& a) {
-  const std::string where = run.path().string();
-  if (!run.meta("tasks").value_or("").empty()) {
-    const FamilyRun f = readFamily(run);
-    if (!a.task) throw InputError(fmt::format("{}: a family: expected --task", where));
-    return {f.skill, *a.task, f.at(*a.task)};
-  }
-  if (!run.meta("skill_text")) throw InputError(where + ": not a run of traceur learn");
-  Learned l;
-  l.skill = skillOf(run);
-  l.task = toNumber(required(run, "task"), where + ": task");
-  if (a.task && *a.task != l.task) {
-    throw InputError(fmt::format("--task {}: {} was learned for {} {} alone", *a.task, where,
-                                 l.task, l.skill->task.unit));
-  }
-  std::vector<std::string> failures;
-  for (const skill::Failure& f : l.skill->failures) failures.push_back(f.name);
-  const optim::Progress p = progressOf(run, failures);
-  if (!p.best) throw InputError(where + ": nothing has been learned yet");
-  l.parameters = p.best->x;
-  return l;
-}
-
 /// The value of an expression that may name parameters, the task and the horizon.
-double valueOf(const Learned& l, const std::string& text) {
+double valueOf(const LearnedSkill& l, const std::string& text) {
   return control::Expression(text,
                              [&](const std::string& name) -> const double* {
                                if (name == "task") return &l.task;
@@ -85,7 +54,7 @@ Json namesOf(const std::vector<bool>& during, const Skill& skill) {
 
 /// What a program needs to run the skill itself: every number but those of feedback and conditions
 /// is worked out.
-Json toJson(const Learned& l, const skill::Rollout& r) {
+Json toJson(const LearnedSkill& l, const skill::Rollout& r) {
   const Skill& s = *l.skill;
   const auto& joints = s.model->joints();
   control::StablePd pd = skill::controllerOf(s);
@@ -95,7 +64,7 @@ Json toJson(const Learned& l, const skill::Rollout& r) {
          {"robot", s.model->robot() ? s.model->robot()->name : ""},
          {"units", "m, s, rad, N, N·m; world axes x forward, y left, z up"},
          {"task", {{"name", s.task.name}, {"unit", s.task.unit}, {"value", l.task}}},
-         {"achieved_in_simulation", std::isnan(r.achieved) ? Json() : Json(r.achieved)},
+         {"achieved_in_simulation", numberOrNull(r.achieved)},
          {"ended", r.ended},
          {"time_step", s.model->timeStep()},
          {"horizon", s.horizon}};
@@ -166,8 +135,7 @@ void write(const std::string& file, const std::string& text) {
 }
 
 int exportRun(const Arguments& a) {
-  const RunFile run = RunFile::open(a.run, false);
-  const Learned l = learnedFrom(run, a);
+  const LearnedSkill l = practice::learnedSkill(practice::Run::open(a.run), a.task);
   const Skill& s = *l.skill;
   const double dt = s.model->timeStep();
   const auto every = static_cast<int>(std::lround(a.period / dt));
@@ -216,16 +184,16 @@ int exportRun(const Arguments& a) {
   const bool forces = std::any_of(s.phases.begin(), s.phases.end(),
                                   [](const skill::Phase& p) { return !p.forces.empty(); });
   const skill::Task& t = s.task;
-  const bool within = !r.failed() && std::abs(r.achieved - l.task) <= t.tolerance;
+  const std::optional<bool> reached = practice::reached(t, l.task, r);
   if (a.json) {
     Json j{{"targets", table},
            {"controller", controller},
            {"rows", rows},
            {"virtual_forces", forces},
-           {"achieved_in_simulation", std::isnan(r.achieved) ? Json() : Json(r.achieved)},
+           {"achieved_in_simulation", numberOrNull(r.achieved)},
            {"failed", r.failed()},
            {"ended", r.ended}};
-    if (!s.task.achieved.empty()) j["within_tolerance"] = within;
+    if (reached) j["within_tolerance"] = *reached;
     printJson(j);
     return r.failed() ? kFailed : kDone;
   }
@@ -239,7 +207,7 @@ int exportRun(const Arguments& a) {
   if (r.failed()) note("traceur: in simulation it fails: {}\n", r.ended);
   if (!t.achieved.empty() && !r.failed() && std::isnan(r.achieved)) {
     note("traceur: in simulation nothing was there to measure what it achieves\n");
-  } else if (!t.achieved.empty() && !r.failed() && !within) {
+  } else if (!r.failed() && reached == false) {
     note(
         "traceur: in simulation it achieves {:.4g} {} for {:g} {}: not within the tolerance "
         "of {:g} {}\n",

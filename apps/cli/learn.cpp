@@ -7,24 +7,32 @@
 #include "apps/cli/arguments.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/output.h"
-#include "apps/cli/search.h"
-#include "apps/cli/trained.h"
+#include "apps/cli/performance.h"
+#include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/printable.h"
-#include "traceur/optim/all.h"
-#include "traceur/skill/rollout.h"
-#include "traceur/skill/skill_problem.h"
+#include "traceur/core/text.h"
+#include "traceur/practice/learn.h"
+#include "traceur/practice/tasks.h"
 
 namespace traceur::cli {
 namespace {
 
+using Json = nlohmann::ordered_json;
+using practice::Learned;
+using practice::SearchOptions;
 using skill::Skill;
 
+/// What is not given is as practice::learningOptions says.
 struct Arguments {
-  LearnOptions options;
+  std::string skill_file;
   std::optional<double> task;
   std::optional<std::string> tasks;
+  std::optional<std::string> curve;
+  std::optional<std::string> optimiser;
+  std::optional<int> population;
+  SearchOptions search = practice::learningOptions();
   std::string out;
   int threads = 0;
   bool resume = false;
@@ -32,210 +40,161 @@ struct Arguments {
   bool json = false;
 };
 
-std::string defaultOut(const Skill& skill, const LearnOptions& o) {
+SearchOptions optionsOf(const Arguments& a) {
+  SearchOptions o = a.search;
+  if (a.tasks) {
+    const SearchOptions family = practice::learningOptions(practice::toTasks(*a.tasks, "--tasks"));
+    o.tasks = family.tasks;
+    o.curve = family.curve;
+    o.optimiser = family.optimiser;
+    o.population = family.population;
+  }
+  if (a.tasks && a.task) throw InputError("--task is for one task, --tasks for a family");
+  o.curve = a.curve.value_or(o.curve);
+  o.optimiser = a.optimiser.value_or(o.optimiser);
+  o.population = a.population.value_or(o.population);
+  return o;
+}
+
+std::string defaultOut(const Skill& skill, double task, const SearchOptions& o) {
   const std::string name = fileNamePart(skill.name);
-  if (!o.tasks.empty()) return fmt::format("runs/{}-family-seed{}.run", name, o.seed);
-  return fmt::format("runs/{}-{}-seed{}.run", name, o.task, o.seed);
+  if (o.tasks.size() > 0) return fmt::format("runs/{}-family-seed{}.run", name, o.seed);
+  return fmt::format("runs/{}-{}-seed{}.run", name, task, o.seed);
 }
 
-/// Runs the best trial again, recorded, and stores it with what it did.
-skill::Rollout record(RunFile& run, const std::shared_ptr<const Skill>& skill,
-                      const optim::Summary& summary, double task) {
-  sim::Recording recording;
-  skill::Rollout r = skill::Runner(skill).run(summary.progress.best->x, task, &recording);
-  run.putRecording("best", recording.encode());
-  const bool says = !skill->task.achieved.empty();
-  run.setMeta({{"stop", words(summary.stop)},
-               {"achieved", says ? fmt::format("{}", r.achieved) : "-"},
-               {"ended", r.ended},
-               {"hash", fmt::format("{:016x}", r.hash)}});
-  return r;
+/// What is told of one task and of a family alike.
+Json searchJson(const Learned& l, const SearchOptions& o, const std::string& out) {
+  const optim::Progress& p = l.summary.progress;
+  Json j{{"evaluations", p.evaluations},
+         {"diverged", p.failed},
+         {"stop", l.summary.stop.reason},
+         {"seed", o.seed},
+         {"run", out}};
+  if (l.beginning) j["from"] = {{"run", o.from}, {"taken", l.beginning->taken}};
+  return j;
 }
 
-void report(const Arguments& a, const Skill& skill, const optim::Summary& summary,
-            const skill::Rollout& r, const std::string& out) {
-  const optim::Progress& p = summary.progress;
-  const bool says = !skill.task.achieved.empty();  // what a trial did, in the task's unit
-  const bool reached = !r.failed() && std::abs(r.achieved - a.options.task) <= skill.task.tolerance;
+void tellBeginning(const Learned& l, const SearchOptions& o) {
+  if (!l.beginning) return;
+  print("  began at   {} of {}{}\n", join(l.beginning->taken), o.from,
+        l.beginning->moved.empty()
+            ? ""
+            : fmt::format(" ({} moved into the range here)", join(l.beginning->moved)));
+}
+
+void report(const Arguments& a, const Skill& skill, double task, const SearchOptions& o,
+            const Learned& l, const std::string& out) {
+  const optim::Trial& best = *l.summary.progress.best;
+  const skill::Rollout& r = *l.best;
+  const auto& t = skill.task;
   if (a.json) {
-    nlohmann::ordered_json j;
-    j["skill"] = skill.name;
-    j["task"] = a.options.task;
-    j["achieved"] = says ? nlohmann::ordered_json(r.achieved) : nlohmann::ordered_json(nullptr);
-    j["unit"] = skill.task.unit;
-    j["reached"] = says ? nlohmann::ordered_json(reached) : nlohmann::ordered_json(nullptr);
-    j["ended"] = r.ended;
-    j["best_cost"] = p.best->evaluation.cost;
-    j["evaluations"] = p.evaluations;
-    j["diverged"] = p.failed;
-    j["stop"] = summary.stop.reason;
-    j["seed"] = a.options.seed;
-    j["hash"] = fmt::format("{:016x}", r.hash);
+    Json j{{"skill", skill.name},
+           {"task", task},
+           {"achieved", t.achieved.empty() ? Json() : numberOrNull(r.achieved)},
+           {"unit", t.unit},
+           {"reached", boolOrNull(l.reached)},
+           {"ended", r.ended},
+           {"best_cost", best.evaluation.cost},
+           {"objectives", toJson(practice::objectivesOf(skill, r))},
+           {"measures", toJson(practice::measuresOf(skill, r))},
+           {"hash", fmt::format("{:016x}", r.hash)}};
     for (size_t i = 0; i < skill.parameters.size(); ++i) {
-      j["parameters"][skill.parameters[i].name] = p.best->x[static_cast<Eigen::Index>(i)];
+      j["parameters"][skill.parameters[i].name] = best.x[static_cast<Eigen::Index>(i)];
     }
-    j["run"] = out;
+    j.update(searchJson(l, o, out));
     printJson(j);
     return;
   }
   if (a.quiet) return;
-  const auto& t = skill.task;
   const std::string fails = r.failed() ? "the trial fails: " + r.ended : "";
-  if (says) {
-    print("{}: {} {:.4g} {}, asked {:.4g} {} ({})\n", skill.name, t.name, r.achieved, t.unit,
-          a.options.task, t.unit,
+  if (l.reached) {
+    print("{}: {} {:.4g} {}, asked {:.4g} {} ({})\n", skill.name, t.name, r.achieved, t.unit, task,
+          t.unit,
           !fails.empty() ? fails
-          : reached      ? "reached"
+          : *l.reached   ? "reached"
                          : "not within the tolerance yet");
   } else {
     const double target = skill.target_cost;
-    print("{}: best cost {:.4g}{}{}\n", skill.name, p.best->evaluation.cost,
+    print("{}: best cost {:.4g}{}{}\n", skill.name, best.evaluation.cost,
           std::isfinite(target) ? fmt::format(", target {:.4g}", target) : "",
           fails.empty() ? "" : " (" + fails + ")");
   }
-  print("  {} trials, best cost {:.3g}, ended: {}\n", p.evaluations, p.best->evaluation.cost,
-        words(summary.stop));
+  print("  {} trials, best cost {:.3g}, ended: {}\n", l.summary.progress.evaluations,
+        best.evaluation.cost, practice::words(l.summary.stop));
+  tellBeginning(l, o);
   print("  run file   {}\n  film       traceur render {}\n  figures    traceur plot {}\n", out, out,
         out);
 }
 
-void requireInRange(const Skill& skill, double task, const char* option) {
-  if (task >= skill.task.min && task <= skill.task.max) return;
-  throw InputError(fmt::format("{} {} {}: {} asks for {} within [{}, {}]", option, task,
-                               skill.task.unit, skill.name, skill.task.name, skill.task.min,
-                               skill.task.max));
-}
-
-void report(const Arguments& a, const Skill& skill, const optim::Summary& summary,
-            const Eigen::VectorXd& tasks, const optim::Family& family, const std::string& out) {
-  const optim::Progress& p = summary.progress;
+void reportFamily(const Arguments& a, const Skill& skill, const SearchOptions& o, const Learned& l,
+                  const std::string& out) {
+  const Eigen::VectorXd& tasks = o.tasks;
   if (a.json) {
-    nlohmann::ordered_json j{{"skill", skill.name},
-                             {"tasks", std::vector<double>(tasks.begin(), tasks.end())},
-                             {"unit", skill.task.unit},
-                             {"cost", family.cost},
-                             {"task_costs", family.task_costs},
-                             {"evaluations", p.evaluations},
-                             {"diverged", p.failed},
-                             {"stop", summary.stop.reason},
-                             {"seed", a.options.seed},
-                             {"run", out}};
+    Json j{{"skill", skill.name},
+           {"tasks", std::vector<double>(tasks.begin(), tasks.end())},
+           {"unit", skill.task.unit},
+           {"cost", l.family->cost},
+           {"task_costs", l.family->task_costs},
+           {"reached", boolOrNull(l.reached)}};
+    j.update(searchJson(l, o, out));
     printJson(j);
     return;
   }
   if (a.quiet) return;
-  print("{}: a family over {} {:g} to {:g} {}, mean cost {:.3g}\n", skill.name, skill.task.name,
-        tasks[0], tasks[tasks.size() - 1], skill.task.unit, family.cost);
+  print("{}: a family over {} {:g} to {:g} {}, mean cost {:.3g}{}\n", skill.name, skill.task.name,
+        tasks[0], tasks[tasks.size() - 1], skill.task.unit, l.family->cost,
+        l.reached == false ? fmt::format(" (target {:g} not reached yet)", skill.target_cost) : "");
   for (Eigen::Index i = 0; i < tasks.size(); ++i) {
-    print("  {:<8.4g} cost {:.3g}\n", tasks[i], family.task_costs[i]);
+    print("  {:<8.4g} cost {:.3g}\n", tasks[i], l.family->task_costs[i]);
   }
-  print("  {} trials, ended: {}\n", p.evaluations, words(summary.stop));
+  print("  {} trials, ended: {}\n", l.summary.progress.evaluations,
+        practice::words(l.summary.stop));
+  tellBeginning(l, o);
   print("  run file   {}\n  perform    traceur perform {} --task {:g}\n", out, out,
         tasks[tasks.size() / 2]);
 }
 
-/// One skill for a range of tasks.
-int learnFamily(const Arguments& a, const std::shared_ptr<const Skill>& skill,
-                Interrupt& interrupt) {
-  LearnOptions o = a.options;
-  const Eigen::VectorXd tasks = toTasks(o.tasks, "--tasks");
-  if (!(skill->task.min < skill->task.max)) {
-    throw InputError(
-        fmt::format("--tasks: {} has no [task] with a range to learn a family for", o.skill_file));
+/// Why nothing was found.
+void tellNothing(const Learned& l, const SearchOptions& o) {
+  const optim::Progress& p = l.summary.progress;
+  if (l.summary.end == optim::End::kInterrupted && !p.best) {
+    return note("traceur: stopped before the first generation was finished\n");
   }
-  requireInRange(*skill, tasks[0], "--tasks");
-  requireInRange(*skill, tasks[tasks.size() - 1], "--tasks");
-  o.tasks = tasksText(tasks);
-  const int control_points = controlPointsOf(o.curve, static_cast<int>(tasks.size()));
-  const skill::SkillProblem problem(skill, tasks);
-  const auto optimiser = optim::findOptimizer(o.optimiser, true)
-                             .make(problem, {.seed = o.seed,
-                                             .control_points = control_points,
-                                             .lambda = o.population,
-                                             .sigma = o.step_size,
-                                             .x0 = skill->initialParameters()});
-  const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
-  const std::stop_token stop = interrupt.token();  // before there is a file that could be left
-  RunFile run = openRun(out, toMeta(o, *skill), a.resume);
-  const optim::Summary summary = search(run, problem, *optimiser,
-                                        {.title = skill->name + " family",
-                                         .threads = a.threads,
-                                         .budget = o.budget,
-                                         .target = skill->target_cost,
-                                         .stop = stop,
-                                         .quiet = a.quiet || a.json});
-  run.setMeta({{"stop", words(summary.stop)}});
-  const std::optional<optim::Family> family = optimiser->family();
-  if (family) report(a, *skill, summary, tasks, *family, out);
-  if (summary.end == optim::End::kInterrupted) {
-    note("stopped; the same command with --resume goes on\n");
-    return kInterrupted;
+  if (l.summary.end == optim::End::kInterrupted) return;
+  if (o.tasks.size() == 0) {
+    return note("traceur: no trial gave a cost: {} of {} failed, ended: {}\n", p.failed,
+                p.evaluations, practice::words(l.summary.stop));
   }
-  if (family) return kDone;
-  const bool more = summary.end == optim::End::kBudget;
-  note("traceur: no curve was run at all {} tasks in {} trials, ended: {}{}\n", tasks.size(),
-       summary.progress.evaluations, words(summary.stop),
+  const bool more = l.summary.end == optim::End::kBudget;
+  note("traceur: no curve was run at all {} tasks in {} trials, ended: {}{}\n", o.tasks.size(),
+       p.evaluations, practice::words(l.summary.stop),
        more ? "; --resume with a larger --budget goes on" : "");
-  return kFailed;
 }
 
-int learn(const Arguments& arguments) {
-  Arguments a = arguments;
-  LearnOptions& o = a.options;
+int learn(const Arguments& a) {
   Interrupt interrupt;  // before any other thread
-  const std::shared_ptr<const Skill> skill = Skill::fromFile(o.skill_file);
-  const bool family = a.tasks.has_value();
-  o.tasks = a.tasks.value_or("");
-  if (family && !o.experience.empty()) {
-    throw InputError("--experience: families do not learn from violated constraints");
-  }
-  if (family && a.task) throw InputError("--task is for one task, --tasks for a family");
-  if (!family && !o.curve.empty()) throw InputError("--curve is for a family: expected --tasks");
-  if (family && o.curve.empty()) o.curve = "linear";
-  if (o.optimiser.empty()) o.optimiser = family ? "contextual" : "cma-es";
-  if (o.population < 0) o.population = family ? 0 : kPopulation;
-  if (family) return learnFamily(a, skill, interrupt);
-  o.task = a.task.value_or(skill->task.initial);
-  requireInRange(*skill, o.task, "--task");
-  const std::string out = a.out.empty() ? defaultOut(*skill, o) : a.out;
-  const skill::SkillProblem problem(skill, o.task);
-  const RunFile::Meta meta = toMeta(o, *skill);
-  const auto optimiser = optim::findOptimizer(o.optimiser, false)
-                             .make(problem, {.seed = o.seed,
-                                             .lambda = o.population,
-                                             .sigma = o.step_size,
-                                             .x0 = skill->initialParameters(),
-                                             // A skill's cost says itself what a failure costs.
-                                             .feasible_first = false,
-                                             .experience = experienceOf(o.experience, o.optimiser,
-                                                                        meta.at("parameters"),
-                                                                        problem.constraints())});
-  const std::stop_token stop = interrupt.token();  // before there is a file that could be left
-  RunFile run = openRun(out, meta, a.resume);
-  const optim::Summary summary =
-      search(run, problem, *optimiser,
-             {.title = fmt::format("{} {:g} {}", skill->name, o.task, skill->task.unit),
-              .threads = a.threads,
-              .budget = o.budget,
-              .target = skill->target_cost,
-              .stop = stop,
-              .quiet = a.quiet || a.json});
-  if (!summary.progress.best && summary.end == optim::End::kInterrupted) {
-    note("traceur: stopped before the first generation was finished\n");
+  const std::shared_ptr<const Skill> skill = Skill::fromFile(a.skill_file);
+  const SearchOptions o = optionsOf(a);
+  const bool family = o.tasks.size() > 0;
+  const double task = a.task.value_or(skill->task.initial);
+  const std::string out = a.out.empty() ? defaultOut(*skill, task, o) : a.out;
+  SearchLine line(family ? skill->name + " family"
+                         : fmt::format("{} {:g} {}", skill->name, task, skill->task.unit),
+                  o.budget, family, a.quiet || a.json);
+  const Learned l =
+      practice::learn(skill, task, o, out, a.resume,
+                      {.threads = a.threads,
+                       .stop = interrupt.token(),  // before there is a file that could be left
+                       .on_generation = [&](const auto& p, const auto& f) { line.show(p, f); }});
+  const bool found = l.best || l.family;
+  if (l.best) report(a, *skill, task, o, l, out);
+  if (l.family) reportFamily(a, *skill, o, l, out);
+  if (!found) tellNothing(l, o);
+  if (l.summary.end == optim::End::kInterrupted) {
+    if (l.summary.progress.best) note("stopped; the same command with --resume goes on\n");
     return kInterrupted;
   }
-  if (!summary.progress.best) {
-    const optim::Progress& p = summary.progress;
-    run.setMeta({{"stop", words(summary.stop)}});
-    note("traceur: no trial gave a cost: {} of {} failed, ended: {}\n", p.failed, p.evaluations,
-         words(summary.stop));
-    return kFailed;
-  }
-  const skill::Rollout best = record(run, skill, summary, o.task);
-  report(a, *skill, summary, best, out);
-  if (summary.end != optim::End::kInterrupted) return kDone;
-  note("stopped; the same command with --resume goes on\n");
-  return kInterrupted;
+  return found ? exitCode(l.reached) : kFailed;
 }
 
 }  // namespace
@@ -244,14 +203,14 @@ void addLearn(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = program.add_subcommand(
       "learn", "Practise a skill: search its parameters until the motion does what it asks.");
-  LearnOptions& o = a->options;
-  verb->add_option("SKILL", o.skill_file, "Skill file (TOML)")->required();
+  SearchOptions& o = a->search;
+  verb->add_option("SKILL", a->skill_file, "Skill file (TOML)")->required();
   verb->add_option("--task", a->task,
                    "What to ask for, in the skill's own unit; default: the file's");
   verb->add_option(
       "--tasks", a->tasks,
       "FIRST:LAST:COUNT: learn a family, one curve of parameters for a range of tasks");
-  verb->add_option("--curve", o.curve, "Of a family: linear (default) or cubic")
+  verb->add_option("--curve", a->curve, "Of a family: linear (default) or cubic")
       ->check(CLI::IsMember({"linear", "cubic"}));
   verb->add_option("--seed", o.seed, "Equal seeds give equal runs")
       ->check(isSeed())
@@ -260,18 +219,20 @@ void addLearn(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
   verb->add_option(
-          "--population", o.population,
+          "--population", a->population,
           fmt::format("Trials per generation; default: {}, of a family the optimiser's own",
-                      kPopulation))
+                      practice::kPopulation))
       ->check(CLI::Range(2, 100'000));
   verb->add_option("--step-size", o.step_size,
                    "First standard deviation, as a fraction of each parameter's range")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
-  verb->add_option("--optimiser", o.optimiser,
+  verb->add_option("--optimiser", a->optimiser,
                    "Which search, see below; default: cma-es, of a family contextual");
   verb->add_option("--experience", o.experience,
                    "A run file whose failures teach the optimiser cma-c where not to try");
+  verb->add_option("--from", o.from,
+                   "A run file whose best parameters the search begins at, by their names");
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
   verb->add_option(
@@ -287,7 +248,9 @@ void addLearn(CLI::App& program, int& exit_code) {
       "  traceur learn skills/bioloid-gp/jump.toml --task 0.07 --seed 3 --out runs/high.run\n"
       "  traceur learn skills/bioloid-gp/jump.toml --resume        # after Ctrl-C\n"
       "  traceur learn skills/bioloid-gp/jump.toml --tasks 0.03:0.08:6 --budget 3000\n"
-      "Exit code: 0 done, 1 failed, 2 wrong use, 130 stopped by Ctrl-C.");
+      "Exit code: 0 done, 1 failed, 2 wrong use, 3 what was asked is not reached yet, 130 stopped "
+      "by "
+      "Ctrl-C.");
   verb->callback([a, &exit_code] { exit_code = learn(*a); });
 }
 

@@ -10,11 +10,13 @@
 #include "apps/cli/external_problem.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/output.h"
-#include "apps/cli/search.h"
+#include "apps/cli/performance.h"
+#include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
-#include "traceur/optim/all.h"
+#include "traceur/practice/search.h"
+#include "traceur/practice/tasks.h"
 
 namespace traceur::cli {
 namespace {
@@ -94,52 +96,23 @@ ExternalFunction toFunction(const Arguments& a) {
       throw InputError(fmt::format("\"{}\" is named twice", *twice));
     }
   }
-  if (!a.tasks.empty()) f.tasks = toTasks(a.tasks, "--tasks");
+  if (!a.tasks.empty()) f.tasks = practice::toTasks(a.tasks, "--tasks");
   return f;
 }
 
-RunFile::Meta toMeta(const Arguments& a, const ExternalFunction& f) {
-  std::string parameters;
-  for (const ParamSpec& p : f.variables) {
-    parameters += (parameters.empty() ? "" : ", ") + p.name;
-  }
-  return {{"verb", "minimise"},
-          {"traceur", TRACEUR_VERSION},
-          {"command", join(a.command, " ")},
-          {"variables", join(a.variables, ", ")},
-          {"parameters", parameters},
-          {"constraints", join(a.constraints)},
-          {"tasks", f.tasks.size() > 0 ? tasksText(f.tasks) : ""},
-          {"curve", a.curve},
-          {"seed", fmt::format("{}", a.seed)},
-          {"budget", fmt::format("{}", a.budget)},
-          {"optimiser", a.optimiser},
-          {"experience", a.experience},
-          {"population", fmt::format("{}", a.population)},
-          {"step_size", fmt::format("{}", a.step_size)}};
-}
-
-std::unique_ptr<optim::Optimizer> makeOptimiser(const Arguments& a, const ExternalFunction& f,
-                                                const optim::Problem& problem,
-                                                const Eigen::VectorXd& x0) {
-  const bool families = problem.tasks().size() > 0;
-  optim::CommonOptions options{
-      .seed = a.seed, .lambda = a.population, .sigma = a.step_size, .x0 = x0};
-  if (families) {
-    options.control_points = controlPointsOf(a.curve, static_cast<int>(problem.tasks().size()));
-  }
-  const optim::OptimizerEntry& entry = optim::findOptimizer(a.optimiser, families);
-  options.experience =
-      experienceOf(a.experience, a.optimiser, toMeta(a, f).at("parameters"), problem.constraints());
-  return entry.make(problem, options);
-}
-
-nlohmann::ordered_json toJson(const ExternalFunction& f, const Eigen::VectorXd& x) {
-  nlohmann::ordered_json j;
-  for (size_t i = 0; i < f.variables.size(); ++i) {
-    j[f.variables[i].name] = x[static_cast<Eigen::Index>(i)];
-  }
-  return j;
+practice::RunMeta toMeta(const Arguments& a, const ExternalFunction& f) {
+  return {.search = {.seed = a.seed,
+                     .budget = a.budget,
+                     .optimiser = a.optimiser,
+                     .population = a.population,
+                     .step_size = a.step_size,
+                     .tasks = f.tasks,
+                     .curve = a.curve,
+                     .experience = a.experience},
+          .parameters = f.variables,
+          .constraints = f.constraints,
+          .command = practice::CommandInRun{.command = join(a.command, " "),
+                                            .variables = join(a.variables, ", ")}};
 }
 
 void report(const Arguments& a, const ExternalFunction& f, const optim::Summary& summary,
@@ -155,13 +128,13 @@ void report(const Arguments& a, const ExternalFunction& f, const optim::Summary&
             tasks.size() == 1 ? 0 : (tasks[i] - tasks[0]) / (tasks.tail(1)[0] - tasks[0]);
         j["tasks"].push_back({{"task", tasks[i]},
                               {"cost", best->task_costs[i]},
-                              {"x", toJson(f, best->curve.at(w))}});
+                              {"x", toJson(f.variables, best->curve.at(w))}});
       }
     }
   } else {
     j["best_cost"] = p.best->evaluation.cost;
     j["feasible"] = p.best->evaluation.feasible();
-    j["x"] = toJson(f, p.best->x);
+    j["x"] = toJson(f.variables, p.best->x);
   }
   j["evaluations"] = p.evaluations;
   j["failed"] = p.failed;
@@ -189,7 +162,7 @@ void report(const Arguments& a, const ExternalFunction& f, const optim::Summary&
   constexpr double none = std::numeric_limits<double>::quiet_NaN();  // NAN would be a float
   print("cost {:.6g}{}  {} trials, {} failed, ended: {}\nrun file {}\n", j.value("best_cost", none),
         j.value("feasible", true) ? "" : " (violates a constraint)", p.evaluations, p.failed,
-        words(summary.stop), out);
+        practice::words(summary.stop), out);
 }
 
 /// Tells of the first trial that broke down, and counts them.
@@ -223,12 +196,14 @@ int minimise(const Arguments& arguments) {
   }
   if (function.tasks.size() > 0 && a.curve.empty()) a.curve = "linear";
   ExternalProblem problem(function);
-  const auto optimiser = makeOptimiser(a, function, problem, initialOf(function.variables));
+  const practice::RunMeta meta = toMeta(a, function);
+  const auto optimiser =
+      practice::optimiserFor(problem, initialOf(function.variables), meta.search, true);
   const std::string out = a.out.empty() ? fmt::format("runs/minimise-seed{}.run", a.seed) : a.out;
   const std::stop_token stop = interrupt.token();  // before there is a file that could be left
-  RunFile run = openRun(out, toMeta(a, function), a.resume);
-  if (a.on_crash.empty()) a.on_crash = run.meta("on_crash").value_or(kOnCrash);
-  run.setMeta({{"on_crash", a.on_crash}});
+  practice::Run run = practice::Run::begin(out, meta, a.resume);
+  if (a.on_crash.empty()) a.on_crash = run.file().meta("on_crash").value_or(kOnCrash);
+  run.file().setMeta({{"on_crash", a.on_crash}});
   const bool goes_on = a.on_crash != "stop";
   problem.secondChance(goes_on);
   problem.heed(stop);
@@ -236,16 +211,15 @@ int minimise(const Arguments& arguments) {
   const std::function<void(const optim::Broken&)> on_broken = [&](const optim::Broken& trial) {
     breakdowns.add(trial);
   };
-  const optim::Summary summary = search(run, problem, *optimiser,
-                                        {.title = a.optimiser,
-                                         .threads = a.threads,
-                                         .budget = a.budget,
-                                         .target = a.target,
-                                         .stop = stop,
-                                         .on_broken = goes_on ? on_broken : nullptr,
-                                         .quiet = a.quiet || a.json});
+  SearchLine line(a.optimiser, a.budget, function.tasks.size() > 0, a.quiet || a.json);
+  const optim::Summary summary =
+      practice::search(run, problem, *optimiser, a.target,
+                       {.threads = a.threads,
+                        .stop = stop,
+                        .on_generation = [&](const auto& p, const auto& f) { line.show(p, f); },
+                        .on_broken = goes_on ? on_broken : nullptr});
   breakdowns.tell();
-  run.setMeta({{"stop", words(summary.stop)}});
+  run.setOutcome({.stop = practice::words(summary.stop)});
   const bool family = function.tasks.size() > 0;
   const bool found = family ? optimiser->family().has_value() : summary.progress.best.has_value();
   if (!found && summary.end == optim::End::kInterrupted) {
@@ -259,7 +233,7 @@ int minimise(const Arguments& arguments) {
             ? fmt::format("no curve was run at all {} tasks in {} trials", function.tasks.size(),
                           p.evaluations)
             : fmt::format("no trial gave a cost: {} of {} failed", p.failed, p.evaluations);
-    note("traceur: {}, ended: {}\n", what, words(summary.stop));
+    note("traceur: {}, ended: {}\n", what, practice::words(summary.stop));
     return kFailed;
   }
   report(a, function, summary, *optimiser, out);

@@ -8,8 +8,8 @@
 
 #include "apps/cli/arguments.h"
 #include "apps/cli/csv.h"
-#include "apps/cli/family_run.h"
 #include "apps/cli/output.h"
+#include "apps/cli/performance.h"
 #include "apps/cli/perturb.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
@@ -20,7 +20,6 @@
 #include "traceur/render/figure.h"
 #include "traceur/render/film_strip.h"
 #include "traceur/reproduce/statistics.h"
-#include "traceur/skill/rollout.h"
 
 namespace traceur::cli {
 namespace {
@@ -41,75 +40,34 @@ struct Arguments {
   bool no_picture = false;
 };
 
-/// One task, performed.
-struct Performance {
-  double task = 0;
-  skill::Rollout rollout;
-
-  double error() const { return rollout.achieved - task; }
-  bool within(double tolerance) const {
-    return !rollout.failed() && std::abs(error()) <= tolerance;
-  }
-};
-
-nlohmann::ordered_json numberOrNull(double x) {
-  return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x);
-}
-
-nlohmann::ordered_json toJson(const Performance& p, const skill::Task& t) {
-  nlohmann::ordered_json j{{"task", p.task},
-                           {"achieved", numberOrNull(p.rollout.achieved)},
-                           {"error", numberOrNull(p.error())},
-                           {"failed", p.rollout.failed()},
-                           {"ended", p.rollout.ended},
-                           {"cost", p.rollout.cost}};
-  if (!t.achieved.empty()) j["within_tolerance"] = p.within(t.tolerance);
-  return j;
-}
-
-/// What a person wants to know of it, without the skill's name.
-std::string toText(const Performance& p, const skill::Task& t) {
-  const std::string unit = t.unit.empty() ? "" : " " + t.unit;
-  const std::string fails = p.rollout.failed() ? " (fails: " + p.rollout.ended + ")" : "";
-  if (t.achieved.empty()) {
-    return fmt::format("{} {:.4g}{} asked, cost {:.3g}{}", t.name, p.task, unit, p.rollout.cost,
-                       fails);
-  }
-  const bool misses = !p.rollout.failed() && !p.within(t.tolerance);
-  return fmt::format(
-      "{} {:.4g}{}, asked {:.4g}{}, error {:.2g}{}{}{}", t.name, p.rollout.achieved, unit, p.task,
-      unit, p.error(), unit, fails,
-      misses ? fmt::format(" (not within the tolerance of {:g}{})", t.tolerance, unit) : "");
-}
-
 /// The tasks of --task and their parameters: all are checked before the first is performed.
-std::vector<std::pair<double, Eigen::VectorXd>> asked(const std::string& words,
-                                                      const FamilyRun& f) {
-  std::vector<std::pair<double, Eigen::VectorXd>> tasks;
+std::vector<practice::LearnedSkill> asked(const std::string& words,
+                                          const practice::LearnedFamily& f) {
+  std::vector<practice::LearnedSkill> tasks;
   for (std::string word : split(words, ',')) {
     word.erase(0, word.find_first_not_of(' '));
     word.erase(word.find_last_not_of(' ') + 1);
-    const double task = toNumber(word, "--task");
-    tasks.emplace_back(task, f.at(task));
+    tasks.push_back(f.at(toNumber(word, "--task")));
   }
   if (tasks.empty()) throw InputError("--task: expected a number, got none");
   return tasks;
 }
 
 /// The tasks that were asked for, one strip under the other.
-int performTasks(const Arguments& a, const FamilyRun& f) {
+int performTasks(const Arguments& a, const practice::LearnedFamily& f) {
   const skill::Task& t = f.skill->task;
   nlohmann::ordered_json j;
   std::vector<render::TitledRecording> recordings;
-  skill::Runner runner(f.skill);
   bool failed = false;
+  bool reached = true;
   const auto tasks = asked(*a.tasks, f);
   std::string name = "-perform";
-  for (const auto& [task, parameters] : tasks) {
-    if (tasks.size() <= kMostInName) name += fmt::format("-{:g}", task);
+  for (const practice::LearnedSkill& one : tasks) {
+    if (tasks.size() <= kMostInName) name += fmt::format("-{:g}", one.task);
     render::TitledRecording recording;
-    const Performance p{task, runner.run(parameters, task, &recording.recording)};
+    const Performance p{one.task, one.perform(&recording.recording)};
     failed = failed || p.rollout.failed();
+    reached = reached && p.reached(t).value_or(true);
     j["performed"].push_back(toJson(p, t));
     recording.title = toText(p, t);
     if (!a.json) print("{}: {}\n", f.skill->name, recording.title);
@@ -124,21 +82,18 @@ int performTasks(const Arguments& a, const FamilyRun& f) {
     if (!a.json) print("{}\n", picture.string());
   }
   if (a.json) printJson(j);
-  return failed ? kFailed : kDone;
+  return failed ? kFailed : exitCode(reached);
 }
 
 /// The whole range: a CSV and a figure of the error.
-int sweep(const Arguments& a, const FamilyRun& f) {
+int sweep(const Arguments& a, const practice::LearnedFamily& f) {
   requireAchieved(*f.skill);
   const skill::Task& t = f.skill->task;
   const Eigen::VectorXd tasks =
       Eigen::VectorXd::LinSpaced(a.sweep, f.tasks[0], f.tasks[f.tasks.size() - 1]);
   std::vector<Performance> all(a.sweep);
   ThreadPool pool(a.threads);
-  pool.forEach(a.sweep, [&](int i) {
-    skill::Runner runner(f.skill);
-    all[i] = {tasks[i], runner.run(f.at(tasks[i]), tasks[i])};
-  });
+  pool.forEach(a.sweep, [&](int i) { all[i] = {tasks[i], f.at(tasks[i]).perform()}; });
 
   std::string csv =
       fmt::format("# {} of {}, task and achieved in {}\ntask,achieved,error,cost,failed,ended\n",
@@ -161,7 +116,7 @@ int sweep(const Arguments& a, const FamilyRun& f) {
                        p.rollout.failed() ? 1 : 0, csvField(p.rollout.ended));
     if (!p.rollout.failed() && !std::isnan(p.error())) errors.push_back(std::abs(p.error()));
     fails += p.rollout.failed();
-    within += p.within(t.tolerance);
+    within += p.reached(t) == true;
     line.x.push_back(p.task);
     line.y.push_back(p.rollout.failed() ? NAN : p.error());
     if (!p.rollout.failed()) continue;
@@ -209,11 +164,11 @@ int sweep(const Arguments& a, const FamilyRun& f) {
     print("\n{}\n", table.string());
     if (!a.no_picture) print("{}\n", picture.string());
   }
-  return fails > 0 ? kFailed : kDone;
+  return fails > 0 ? kFailed : exitCode(within == a.sweep);
 }
 
 int perform(const Arguments& a) {
-  const FamilyRun f = readFamily(RunFile::open(a.run, false));
+  const practice::LearnedFamily f = practice::learnedFamily(practice::Run::open(a.run));
   if (a.perturb) {
     return perturb(f, {.run = a.run,
                        .tasks = a.sweep,
@@ -264,7 +219,7 @@ void addPerform(CLI::App& program, int& exit_code) {
       "  traceur perform runs/jump-family-seed1.run --sweep 51\n"
       "  traceur perform runs/jump-family-seed1.run --sweep 11 --perturb\n"
       "Exit code: 0 done, 1 a performance failed (but for --perturb) or a file cannot be written, "
-      "2 wrong use.");
+      "2 wrong use, 3 none failed, and a task was not reached within the tolerance.");
   verb->callback([a, &exit_code] { exit_code = perform(*a); });
 }
 

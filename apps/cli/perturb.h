@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "apps/cli/family_run.h"
+#include "traceur/practice/learned.h"
 
 namespace traceur::cli {
 
@@ -20,6 +20,6 @@ struct PerturbOptions {
 /// Sweeps the family under each disturbance by itself, level by level, and under some drawn at
 /// random of all of them together.
 /// @return exit code
-int perturb(const FamilyRun& family, const PerturbOptions& options);
+int perturb(const practice::LearnedFamily& family, const PerturbOptions& options);
 
 }  // namespace traceur::cli

@@ -1,18 +1,17 @@
 // traceur render and traceur plot: look at a run.
+#include "apps/cli/pictures.h"
+
 #include <fmt/format.h>
 
 #include <filesystem>
 
-#include "apps/cli/arguments.h"
-#include "apps/cli/family_run.h"
-#include "apps/cli/interrupt.h"
 #include "apps/cli/output.h"
+#include "apps/cli/performance.h"
 #include "apps/cli/progress.h"
-#include "apps/cli/trained.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/process.h"
-#include "traceur/core/text.h"
+#include "traceur/practice/learned.h"
 #include "traceur/render/film_strip.h"
 #include "traceur/render/standard_figures.h"
 #include "traceur/render/video.h"
@@ -29,19 +28,10 @@ const std::map<std::string, render::View> kViews = {{"side", render::View::kSide
 /// Thrown out of a picture or video that was asked to stop.
 struct Stopped {};
 
-struct RenderArguments {
+struct RenderArguments : DrawArguments {
   std::string run;
   std::vector<std::string> files;
   std::optional<double> task;
-  std::string view;
-  std::vector<double> times;
-  std::vector<int> size;
-  int count = 8;
-  int columns = 0;
-  double speed = 1;
-  bool still = false;
-  bool forces = false;
-  bool com = false;
   bool quiet = false;
 };
 
@@ -52,80 +42,32 @@ std::string suffix(const std::optional<double>& task) {
 
 int renderRun(const RenderArguments& a) {
   Interrupt interrupt;  // before any other thread
-  const RunFile run = RunFile::open(a.run, false);
+  const practice::Run run = practice::Run::open(a.run);
   std::vector<fs::path> files(a.files.begin(), a.files.end());
   if (files.empty()) {
     files = {beside(a.run, suffix(a.task) + "-strip.png"), beside(a.run, suffix(a.task) + ".mp4")};
   }
+  for (const fs::path& f : files) requirePicture(f);
+  const sim::Recording recording = practice::recordingOf(run, a.task);
   for (const fs::path& f : files) {
-    if (f.extension() != ".png" && f.extension() != ".mp4") {
-      throw InputError(fmt::format(
-          "{}: expected a name ending in .png (film strip) or .mp4 (video)", f.string()));
-    }
-  }
-  const sim::Recording recording = recordingOf(run, a.task);
-  const render::DrawOptions draw{.contact_forces = a.forces, .com = a.com};
-  for (const fs::path& f : files) {
-    if (interrupt.asked()) return kInterrupted;
-    interrupt.release();
-    if (f.extension() == ".png") {
-      render::FilmStripOptions options{.times = a.times, .count = a.count, .columns = a.columns};
-      options.draw = draw;
-      options.camera.view = a.view.empty() ? render::View::kSide : kViews.at(a.view);
-      options.camera.follow = !a.still;
-      if (!a.size.empty()) {
-        options.panel_width = a.size[0];
-        options.panel_height = a.size[1];
-      }
-      render::writePng(render::filmStrip(recording, options), f);
-    } else {
-      render::VideoOptions options;
-      options.draw = draw;
-      options.speed = a.speed;
-      options.camera.view = a.view.empty() ? render::View::kThreeQuarter : kViews.at(a.view);
-      options.camera.follow = !a.still;
-      if (!a.size.empty()) {
-        options.width = a.size[0];
-        options.height = a.size[1];
-      }
-      ProgressLine line("video", 100, 0, a.quiet);
-      options.stop = interrupt.token();
-      options.progress = [&](double done) {
-        if (interrupt.asked()) throw Stopped();
-        line.update(100 * done, "%", "%/s");
-      };
-      try {
-        render::writeVideo(recording, f, options);
-      } catch (const Stopped&) {
-        return kInterrupted;  // and no file is left
-      } catch (const Process::GivenUp&) {
-        return kInterrupted;  // likewise
-      }
-    }
+    if (!draw(recording, f, a, interrupt, a.quiet)) return kInterrupted;
     if (!a.quiet) print("{}\n", f.string());
   }
   return kDone;
 }
 
-/// Of the best curve, not of single trials: each is for all tasks and suits few.
-/// @param costs  as search() writes them: "64:0.31 96:0.12"
-/// @param where  begins the message
-render::CostHistory familyHistory(const std::string& costs, const std::string& where) {
-  render::CostHistory history;
-  for (const std::string& point : split(costs, ' ')) {
-    const size_t colon = point.find(':');
-    history.evaluations.push_back(toNumber(point.substr(0, colon), where));
-    history.best.push_back(toNumber(point.substr(colon + 1), where));
-  }
-  return history;
-}
-
-render::CostHistory historyOf(const RunFile& run) {
-  if (const auto costs = run.meta("family_costs")) {
-    return familyHistory(*costs, run.path().string() + ": family_costs");
+render::CostHistory historyOf(const practice::Run& run) {
+  // Of the best curve, not of single trials: each is for all tasks and suits few.
+  if (const auto costs = run.familyCosts(); !costs.empty()) {
+    render::CostHistory history;
+    for (const practice::FamilyCost& c : costs) {
+      history.evaluations.push_back(c.trials);
+      history.best.push_back(c.cost);
+    }
+    return history;
   }
   std::vector<render::CostTrial> trials;
-  for (const TrialRow& row : run.trials()) {
+  for (const TrialRow& row : run.file().trials()) {
     trials.push_back({row.cost, !row.violated.empty(), row.failed});
   }
   return render::costHistory(trials);
@@ -140,9 +82,9 @@ struct PlotArguments {
 };
 
 int plotRun(const PlotArguments& a) {
-  const RunFile run = RunFile::open(a.run, false);
+  const practice::Run run = practice::Run::open(a.run);
   std::vector<std::string> what = a.what;
-  const bool motion = run.recording("best").has_value();
+  const bool motion = run.file().recording("best").has_value();
   if (what.empty()) {
     what = a.task   ? std::vector<std::string>{"joints", "com", "contacts"}
            : motion ? std::vector<std::string>{"cost", "joints", "com", "contacts"}
@@ -152,7 +94,7 @@ int plotRun(const PlotArguments& a) {
     throw InputError("--out FILE: needs one figure, chosen by --what");
   }
   std::optional<sim::Recording> recording;
-  if (what != std::vector<std::string>{"cost"}) recording = recordingOf(run, a.task);
+  if (what != std::vector<std::string>{"cost"}) recording = practice::recordingOf(run, a.task);
   for (const std::string& w : what) {
     const fs::path file =
         a.out.empty() ? beside(a.run, suffix(a.task) + "-" + w + "." + a.format) : fs::path(a.out);
@@ -167,6 +109,54 @@ int plotRun(const PlotArguments& a) {
 }
 
 }  // namespace
+
+void requirePicture(const fs::path& file) {
+  if (file.extension() == ".png" || file.extension() == ".mp4") return;
+  throw InputError(fmt::format("{}: expected a name ending in .png (film strip) or .mp4 (video)",
+                               file.string()));
+}
+
+bool draw(const sim::Recording& recording, const fs::path& file, const DrawArguments& a,
+          Interrupt& interrupt, bool quiet) {
+  if (interrupt.asked()) return false;
+  interrupt.release();
+  const render::DrawOptions how{.contact_forces = a.forces, .com = a.com};
+  if (file.extension() == ".png") {
+    render::FilmStripOptions options{.times = a.times, .count = a.count, .columns = a.columns};
+    options.draw = how;
+    options.camera.view = a.view.empty() ? render::View::kSide : kViews.at(a.view);
+    options.camera.follow = !a.still;
+    if (!a.size.empty()) {
+      options.panel_width = a.size[0];
+      options.panel_height = a.size[1];
+    }
+    render::writePng(render::filmStrip(recording, options), file);
+    return true;
+  }
+  render::VideoOptions options;
+  options.draw = how;
+  options.speed = a.speed;
+  options.camera.view = a.view.empty() ? render::View::kThreeQuarter : kViews.at(a.view);
+  options.camera.follow = !a.still;
+  if (!a.size.empty()) {
+    options.width = a.size[0];
+    options.height = a.size[1];
+  }
+  ProgressLine line("video", 100, 0, quiet);
+  options.stop = interrupt.token();
+  options.progress = [&](double done) {
+    if (interrupt.asked()) throw Stopped();
+    line.update(100 * done, "%", "%/s");
+  };
+  try {
+    render::writeVideo(recording, file, options);
+  } catch (const Stopped&) {
+    return false;  // and no file is left
+  } catch (const Process::GivenUp&) {
+    return false;  // likewise
+  }
+  return true;
+}
 
 void addRender(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<RenderArguments>();

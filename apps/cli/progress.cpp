@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
+#include <utility>
 
 #include "apps/cli/output.h"
 #include "traceur/core/printable.h"
@@ -22,6 +23,26 @@ constexpr int kLeastBar = 6;              // columns: a shorter one shows nothin
 constexpr int kShortTitle = 12;           // columns: of a longer one so much stays [ours]
 constexpr double kEveryOnTerminal = 0.1;  // [s]
 constexpr double kEveryElsewhere = 5;     // [s]: a log stays readable
+
+std::string note(const optim::Progress& p) {
+  if (!p.best) return "";
+  std::string text = fmt::format("best {:.3g}", p.best->evaluation.cost);
+  if (!p.best->evaluation.feasible()) text += " (failing)";
+  if (p.failed > 0) text += fmt::format("  {} without a cost", p.failed);
+  return text;
+}
+
+/// What each task costs on the best curve, while there is room; else their mean and the worst.
+std::string note(const optim::Family& family) {
+  static constexpr size_t kRoom = 8;
+  std::string text = fmt::format("mean {:.2g}, tasks", family.cost);
+  if (family.task_costs.size() > kRoom) {
+    return fmt::format("mean {:.2g}, worst task {:.2g}", family.cost,
+                       *std::max_element(family.task_costs.begin(), family.task_costs.end()));
+  }
+  for (const double cost : family.task_costs) text += fmt::format(" {:.1g}", cost);
+  return text;
+}
 
 /// Of the terminal, now: a person may resize it.
 int terminalColumns() {
@@ -71,6 +92,21 @@ void ProgressLine::update(double done, const std::string& note, const char* unit
 
 void ProgressLine::finish() {
   if (!quiet_ && terminal_) endLine();
+}
+
+SearchLine::SearchLine(std::string title, int budget, bool families, bool quiet)
+    : title_(std::move(title)), budget_(budget), families_(families), quiet_(quiet) {}
+
+void SearchLine::show(const optim::Progress& p, const std::optional<optim::Family>& family) {
+  if (!line_) {
+    line_.emplace(title_, budget_, p.evaluations, quiet_);
+    return;
+  }
+  line_->update(p.evaluations,
+                family      ? note(*family)
+                : families_ ? "no curve has been run yet"
+                            : note(p),
+                "trials/s");
 }
 
 std::string progressText(const std::string& title, double part, const std::string& text,

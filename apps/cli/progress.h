@@ -2,7 +2,10 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
+
+#include "traceur/optim/minimise.h"
 
 namespace traceur::cli {
 
@@ -29,6 +32,21 @@ class ProgressLine {
   bool terminal_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_{};
+};
+
+/// A search as it goes: how it stands at its beginning, and after each generation.
+class SearchLine {
+ public:
+  /// @param budget    trials in all
+  /// @param families  whether a curve is sought
+  SearchLine(std::string title, int budget, bool families, bool quiet);
+  void show(const optim::Progress& progress, const std::optional<optim::Family>& family);
+
+ private:
+  std::string title_;
+  int budget_;
+  bool families_, quiet_;
+  std::optional<ProgressLine> line_;
 };
 
 /// "title [====    ] text" in fewer columns than a terminal has: in the last one, some begin a new

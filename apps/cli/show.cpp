@@ -1,84 +1,122 @@
 // traceur show: what a run is and what it found.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/cli/family_run.h"
 #include "apps/cli/output.h"
-#include "apps/cli/trained.h"
+#include "apps/cli/performance.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/text.h"
+#include "traceur/practice/run.h"
+#include "traceur/practice/tasks.h"
 
 namespace traceur::cli {
 namespace {
 
-/// The constraints' names, as far as trials violated them.
-std::vector<std::string> violatedNames(const std::vector<TrialRow>& trials) {
-  std::vector<std::string> names;
+using Json = nlohmann::ordered_json;
+using practice::Run;
+
+/// How many trials violated each constraint that any violated.
+Json violations(const std::vector<TrialRow>& trials) {
+  Json counts = Json::object();
   for (const TrialRow& t : trials) {
     for (const std::string& name : split(t.violated, ',')) {
-      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      counts[name] = counts.value(name, 0) + 1;
     }
   }
-  return names;
+  return counts;
 }
 
-int show(const std::string& file, bool json) {
-  const RunFile run = RunFile::open(file, false);
-  const std::vector<TrialRow> trials = run.trials();
-  const std::vector<std::string> names = violatedNames(trials);
-  const optim::Progress p = progressOf(run, names);
-  const auto meta = [&](const char* key) {
-    const std::string value = run.meta(key).value_or("");
-    return value.empty() ? "-" : value;
-  };
-  nlohmann::ordered_json j;
-  for (const char* key :
-       {"verb",       "skill",      "skill_file", "command", "task",   "tasks",  "task_unit",
-        "curve",      "achieved",   "ended",      "stop",    "seed",   "budget", "optimiser",
-        "experience", "population", "step_size",  "traceur", "engine", "hash"}) {
-    const auto value = run.meta(key);
-    const bool one_task =
-        std::string_view(key) == "task" && !run.meta("tasks").value_or("").empty();
-    if (value && !value->empty() && !one_task) j[key] = *value;
-  }
+std::string hashOf(const std::vector<TrialRow>& trials) {
   Hash all;
   for (const TrialRow& t : trials) {
     all.add(t.x);
     all.add({&t.cost, 1});
     all.add(t.violated);
   }
-  j["trials_hash"] = fmt::format("{:016x}", all.value());
+  return fmt::format("{:016x}", all.value());
+}
+
+/// What was asked.
+Json asked(const practice::RunMeta& m) {
+  const practice::SearchOptions& s = m.search;
+  const bool family = s.tasks.size() > 0;
+  Json j;
+  const auto say = [&](const char* key, const std::string& text) {
+    if (!text.empty()) j[key] = text;
+  };
+  j["verb"] = m.skill ? "learn" : "minimise";
+  if (m.skill) {
+    say("skill", m.skill->name);
+    say("skill_file", m.skill->file);
+    if (!family) j["task"] = m.skill->task;
+  } else {
+    say("command", m.command->command);
+  }
+  say("tasks", practice::tasksText(s.tasks));
+  if (m.skill) say("task_unit", m.skill->task_unit);
+  say("curve", s.curve);
+  j["seed"] = s.seed;
+  j["budget"] = s.budget;
+  say("optimiser", s.optimiser);
+  say("experience", s.experience);
+  say("from", s.from);
+  j["population"] = s.population;
+  j["step_size"] = s.step_size;
+  say("traceur", m.traceur);
+  if (m.skill) say("engine", m.skill->engine);
+  return j;
+}
+
+/// What came of it, once it has ended.
+void tell(Json& j, const practice::Outcome& o) {
+  if (!o.ended.empty()) {
+    j["achieved"] = o.achieved ? numberOrNull(*o.achieved) : Json();
+    j["ended"] = o.ended;
+    j["hash"] = fmt::format("{:016x}", o.hash);
+  }
+  j["reached"] = boolOrNull(o.reached);
+  j["stop"] = o.stop;
+  if (!o.objectives.empty()) j["objectives"] = toJson(o.objectives);
+  if (!o.measures.empty()) j["measures"] = toJson(o.measures);
+}
+
+Json summaryOf(const Run& run) {
+  const std::vector<TrialRow> trials = run.file().trials();
+  const optim::Progress p = run.progress();
+  Json j = asked(run.meta());
+  j["trials_hash"] = hashOf(trials);
   j["evaluations"] = p.evaluations;
   j["generations"] = p.generation;
   j["diverged"] = p.failed;
-  for (const std::string& name : names) {
-    int count = 0;
-    for (const TrialRow& t : trials) count += violates(t, name);
-    j["violated"][name] = count;
-  }
-  if (run.meta("family")) {
-    const StoredFamily family = storedFamily(run);
-    j["cost"] = family.family.cost;
-    for (Eigen::Index i = 0; i < family.tasks.size(); ++i) {
-      j["task_costs"][fmt::format("{:g}", family.tasks[i])] = family.family.task_costs[i];
+  if (const Json violated = violations(trials); !violated.empty()) j["violated"] = violated;
+  if (const auto family = run.family()) {
+    j["cost"] = numberOrNull(family->first.cost);
+    const Eigen::VectorXd& tasks = run.meta().search.tasks;
+    for (Eigen::Index i = 0; i < tasks.size(); ++i) {
+      j["task_costs"][fmt::format("{:g}", tasks[i])] = numberOrNull(family->first.task_costs[i]);
     }
-  } else if (p.best && meta("tasks") == "-") {
+  } else if (p.best && !run.isFamily()) {
     j["best_cost"] = p.best->evaluation.cost;
-    const std::string parameters = meta("parameters");
-    Eigen::Index i = 0;
-    for (size_t from = 0; from < parameters.size() && i < p.best->x.size(); ++i) {
-      const size_t to = std::min(parameters.find(", ", from), parameters.size());
-      j["parameters"][parameters.substr(from, to - from)] = p.best->x[i];
-      from = to + 2;
-    }
+    j["parameters"] = toJson(run.meta().parameters, p.best->x);
   }
+  if (const auto outcome = run.outcome()) tell(j, *outcome);
+  return j;
+}
+
+int show(const std::string& file, bool json) {
+  const Run run = Run::open(file);
+  const Json j = summaryOf(run);
+  const std::optional<practice::Outcome> outcome = run.outcome();
+  const ExitCode code = exitCode(outcome ? outcome->reached : std::nullopt);
   if (json) {
     printJson(j);
-    return kDone;
+    return code;
   }
   for (const auto& [key, value] : j.items()) {
+    if (value.is_null()) continue;
     if (!value.is_object()) {
       print("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
       continue;
@@ -86,10 +124,8 @@ int show(const std::string& file, bool json) {
     print("{}\n", key);
     for (const auto& [name, number] : value.items()) print("  {:<24} {}\n", name, number.dump());
   }
-  if (!run.meta("stop")) {
-    print("cut off: {} … --resume finishes it\n", meta("verb"));
-  }
-  return kDone;
+  if (!outcome) print("cut off: {} … --resume finishes it\n", j["verb"].get<std::string>());
+  return code;
 }
 
 }  // namespace
@@ -100,7 +136,10 @@ void addShow(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("show", "Summarise a run file.");
   verb->add_option("RUN", *file, "Run file")->required();
   verb->add_flag("--json", *json, "As one JSON object");
-  verb->footer("Example:\n  traceur show runs/jump-0.05-seed1.run");
+  verb->footer(
+      "Example:\n"
+      "  traceur show runs/jump-0.05-seed1.run\n"
+      "Exit code: 0 done, 2 wrong use, 3 what was asked is not reached.");
   verb->callback([file, json, &exit_code] { exit_code = show(*file, *json); });
 }
 

@@ -7,7 +7,8 @@
 namespace traceur::cli {
 
 /// What the program returns to the shell.
-enum ExitCode { kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130 };
+/// kNotReached: all was done, and what was asked of the skill is not reached.
+enum ExitCode { kDone = 0, kFailed = 1, kWrongUse = 2, kNotReached = 3, kInterrupted = 130 };
 
 /// Adds a verb to the program; when it was asked for, its callback runs it and sets exit_code.
 using AddVerb = void (*)(CLI::App& program, int& exit_code);

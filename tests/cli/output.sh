@@ -10,6 +10,10 @@ export XDG_CACHE_HOME=$dir/cache  # nothing of the user's is touched
 trap 'rm -rf "$dir"' EXIT
 failures=0
 wrong() { failures=$((failures + 1)); printf '%s\n' "$*"; }
+# Whether the task was reached (exit 3: not) does not matter here.
+accept() { local code=0; "$traceur" "$@" || code=$?; [ $code -eq 0 ] || [ $code -eq 3 ]; }
+learn() { accept learn "$@"; }
+show() { accept show "$@"; }
 
 # harmless FILE…: nothing in it that a terminal obeys, but the ends of lines.
 harmless() {
@@ -22,7 +26,7 @@ harmless() {
 }
 
 cd "$dir" || exit 1
-"$traceur" learn "$nod" --budget 32 --out a.run --quiet || wrong "learn failed"
+learn "$nod" --budget 32 --out a.run --quiet || wrong "learn failed"
 
 # ------------------------------------------------------------------ results that cannot be written
 lost() {  # CODE WORDS -- the exit code and message of a program whose output goes nowhere
@@ -44,23 +48,23 @@ lost 1
 lost 1 inspect bioloid-gp
 lost 1 export a.run
 lost 1 plot a.run --what cost
-"$traceur" learn "$nod" --budget 32 --out quiet.run --quiet >&- || wrong "learn --quiet >&-: nothing was lost, and yet it failed"
+learn "$nod" --budget 32 --out quiet.run --quiet >&- || wrong "learn --quiet >&-: nothing was lost, and yet it failed"
 
 # --------------------------------------------------------------------- notes that cannot be written
 "$traceur" nosuch 2>&-; [ $? -eq 2 ] || wrong "nosuch 2>&-: not exit 2"
 "$traceur" nosuch 2>/dev/full; [ $? -eq 2 ] || wrong "nosuch 2>/dev/full: not exit 2"
 "$traceur" show none.run >&- 2>&- <&-; [ $? -eq 2 ] || wrong "everything closed: not exit 2"
-"$traceur" learn "$nod" --budget 64 --out full.run >/dev/null 2>/dev/full || wrong "learn 2>/dev/full: failed"
-"$traceur" learn "$nod" --budget 64 --out closed.run >/dev/null 2>&- <&- || wrong "learn 2>&-: failed"
+learn "$nod" --budget 64 --out full.run >/dev/null 2>/dev/full || wrong "learn 2>/dev/full: failed"
+learn "$nod" --budget 64 --out closed.run >/dev/null 2>&- <&- || wrong "learn 2>&-: failed"
 python3 - "$traceur" "$nod" <<'END' || wrong "learn, its notes into a broken pipe: failed"
 import os, subprocess, sys
 r, w = os.pipe()
 os.close(r)
 sys.exit(subprocess.run([sys.argv[1], "learn", sys.argv[2], "--budget", "64", "--out", "pipe.run"],
-                        stdout=subprocess.DEVNULL, stderr=w).returncode)
+                        stdout=subprocess.DEVNULL, stderr=w).returncode not in (0, 3))
 END
 for run in full closed pipe; do
-  "$traceur" show $run.run | grep -q '^stop ' || wrong "$run.run: was not finished"
+  show $run.run | grep -q '^stop ' || wrong "$run.run: was not finished"
 done
 # No file of ours becomes a standard descriptor.
 "$traceur" reproduce table-7 --seeds 1 --row Toy3 --column CMA-C --out t.csv >/dev/null 2>&- <&- ||
@@ -87,16 +91,16 @@ text = text.replace('"raise"', r'"raise\n1,2\u001b[2J"')
 text = text.replace('unit = "rad"', r'unit = "r\u001b[5mad\n"', 1)
 open("odd.toml", "w").write(text)
 END
-"$traceur" learn odd.toml --budget 32 >out 2>err || wrong "learn odd.toml: $(cat -v err)"
+learn odd.toml --budget 32 >out 2>err || wrong "learn odd.toml: $(cat -v err)"
 run=$(ls runs)
 echo "$run" >name.out
 [ "$(ls runs | wc -l)" -eq 1 ] || wrong "learn: made $(ls runs)"
 cp "runs/$run" one.run
-"$traceur" show one.run >show.out && "$traceur" show one.run --json >show.json
+show one.run >show.out && show one.run --json >show.json
 "$traceur" export one.run >export.out 2>&1
 "$traceur" plot one.run --format svg >plot.out 2>&1 || wrong "plot: $(cat -v plot.out)"
 "$traceur" render one.run one.png >render.out 2>&1 || wrong "render: $(cat -v render.out)"
-"$traceur" learn odd.toml --tasks 0:1:3 --budget 64 --quiet --out many.run || wrong "learn --tasks"
+learn odd.toml --tasks 0:1:3 --budget 64 --quiet --out many.run || wrong "learn --tasks"
 "$traceur" perform many.run --task 0.5 --no-picture >perform.out 2>&1
 "$traceur" perform many.run --sweep 3 >>perform.out 2>&1
 "$traceur" perform many.run --sweep 2 --perturb --no-picture >>perform.out 2>&1
@@ -125,8 +129,8 @@ for key in ("verb", "skill", "command", "optimiser", "stop", "task_unit"):
     db.execute("INSERT OR REPLACE INTO meta VALUES(?, ?)", (key, "\x1b[31m\n\x9b x"))
 db.commit()
 END
-"$traceur" show one.run >show.out 2>&1 || wrong "show: $(cat -v show.out)"
-"$traceur" show one.run --json >show.json 2>&1 || wrong "show --json: $(cat -v show.json)"
+show one.run >show.out 2>&1 || wrong "show: $(cat -v show.out)"
+show one.run --json >show.json 2>&1 || wrong "show --json: $(cat -v show.json)"
 harmless show.out show.json
 python3 -c 'import json; json.load(open("show.json"))' || wrong "show --json: not JSON"
 

@@ -7,11 +7,13 @@ more=("${@:6}")
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
 
+# Whether the task was reached (exit 3: not) does not matter here.
+finish() { (learn "$@") || [ $? -eq 3 ]; }
 learn() { exec "$traceur" learn "$skill" --budget "$budget" --seed 7 --resume --quiet "${more[@]}" "$@"; }
-print() { "$traceur" show "$1" --json; }
+print() { "$traceur" show "$1" --json || [ $? -eq 3 ]; }
 
-(learn --out "$dir/one.run" --threads 1)
-(learn --out "$dir/two.run" --threads 2)
+finish --out "$dir/one.run" --threads 1
+finish --out "$dir/two.run" --threads 2
 reference=$(print "$dir/one.run")
 [ "$(print "$dir/two.run")" = "$reference" ] || { echo "1 and 2 threads differ"; exit 1; }
 
@@ -23,7 +25,7 @@ for round in $(seq "$kills"); do
   sleep "$(awk -v p="$pause" -v s="$RANDOM" 'BEGIN { print p * s / 32768 }')"
   kill -9 "$pid" 2>/dev/null && killed=$((killed + 1))
   wait "$pid" 2>/dev/null || true
-  (learn --out "$run" --threads 2)
+  finish --out "$run" --threads 2
   [ "$(print "$run")" = "$reference" ] ||
     { echo "round $round differs:"; echo "$reference"; print "$run"; exit 1; }
 done

@@ -5,9 +5,8 @@
 #include <fuzzer/FuzzedDataProvider.h>
 #include <sqlite3.h>
 
-#include "apps/cli/family_run.h"
-#include "apps/cli/search.h"
 #include "tests/fuzz/fuzz.h"
+#include "traceur/practice/run.h"
 
 namespace {
 
@@ -47,7 +46,14 @@ void insert(sqlite3* db, const char* sql, int values, FuzzedDataProvider& from) 
 
 /// A run whose rows hold what the bytes say.
 void fill(const std::filesystem::path& file, FuzzedDataProvider& from) {
-  RunFile::create(file, {{"tasks", "0:1:3"}, {"seed", "1"}});
+  practice::Run::begin(file,
+                       {.search = {.optimiser = "contextual",
+                                   .tasks = Eigen::VectorXd::LinSpaced(3, 0, 1),
+                                   .curve = "linear"},
+                        .parameters = {{"x", "m", 0, 1, 0.5, ""}},
+                        .constraints = {"fell"},
+                        .command = practice::CommandInRun{"./f", "x=0:1"}},
+                       false);
   sqlite3* db = nullptr;
   sqlite3_open(file.c_str(), &db);
   sqlite3_exec(db, "PRAGMA synchronous = OFF; PRAGMA journal_mode = MEMORY", nullptr, nullptr,
@@ -86,14 +92,13 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fill(file, from);
   }
   try {
-    const RunFile run = RunFile::open(file, false);
-    for (const char* key : {"tasks", "seed", "parameters"}) {
-      fuzz::maybeRefused([&] { run.meta(key); });
-    }
-    fuzz::maybeRefused([&] { cli::progressOf(run, {"fell"}); });
-    fuzz::maybeRefused([&] { run.state(); });
-    fuzz::maybeRefused([&] { run.recording("best"); });
-    fuzz::maybeRefused([&] { cli::storedFamily(run); });
+    const practice::Run run = practice::Run::open(file);
+    fuzz::maybeRefused([&] { run.progress(); });
+    fuzz::maybeRefused([&] { run.file().state(); });
+    fuzz::maybeRefused([&] { run.recording(); });
+    fuzz::maybeRefused([&] { run.family(); });
+    fuzz::maybeRefused([&] { run.familyCosts(); });
+    fuzz::maybeRefused([&] { run.outcome(); });
   } catch (const InputError&) {   // as it should be
   } catch (const SystemError&) {  // what SQLite says of a file that it cannot use
   }

@@ -304,6 +304,9 @@ TEST(Text, ANumberIsTheWholeText) {
       {".5", 0.5}, {"1e999", INFINITY}, {"-inf", -INFINITY}};
   for (const auto& [text, value] : numbers) EXPECT_EQ(parseNumber(text), value) << text;
   EXPECT_TRUE(std::isnan(parseNumber("nan").value_or(0)));
+  EXPECT_EQ(toNumber("1e3", "here"), 1000);
+  EXPECT_EQ(toNumber("-inf", "here"), -INFINITY);
+  for (const char* text : {"", "nan", "1 ", "x"}) EXPECT_THROW(toNumber(text, "here"), InputError);
   for (const char* text : {"", " 1", "1 ", "1x", "x", "-", "1,5", "1e"}) {
     EXPECT_FALSE(parseNumber(text)) << text;
   }

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdlib>
+
+#include "traceur/core/error.h"
 
 namespace traceur {
 namespace {
@@ -52,6 +55,14 @@ std::optional<double> parseNumber(const std::string& text) {
   const double value = std::strtod(text.c_str(), &end);  // ±∞ or 0 out of range, as wanted
   if (end != text.c_str() + text.size()) return {};
   return value;
+}
+
+double toNumber(const std::string& text, const std::string& where) {
+  const std::optional<double> value = parseNumber(text);
+  if (!value || std::isnan(*value)) {
+    throw InputError(where + ": \"" + text + "\" is not a number");
+  }
+  return *value;
 }
 
 std::vector<std::string> split(std::string_view text, char separator) {

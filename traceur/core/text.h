@@ -20,6 +20,10 @@ std::vector<std::string> split(std::string_view text, char separator);
 /// double; nothing for any other text.
 std::optional<double> parseNumber(const std::string& text);
 
+/// @param where  begins the message: "--var x=0:one"
+/// @throws InputError unless the whole text is one number, which may be infinite but not NaN
+double toNumber(const std::string& text, const std::string& where);
+
 /// "a, b, c".
 std::string join(std::span<const std::string> words, std::string_view separator = ", ");
 
