@@ -4,7 +4,7 @@ namespace traceur::cli {
 
 const std::vector<AddVerb>& allVerbs() {
   static const std::vector<AddVerb> kVerbs = {
-       addLearn,   addPerform, addExport,  addShow,     addRender,
+      addTry,  addLearn,   addPerform, addExport,  addShow,     addRender,
       addPlot, addInspect, addFall,    addBalance, addMinimise, addReproduce,
   };
   return kVerbs;

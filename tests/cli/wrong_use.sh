@@ -241,6 +241,52 @@ expect 2 'expected a run of the same parameters' 'disc.run' -- minimise --var u=
 "$traceur" $minimise --constraint outside --budget 60 --experience "$dir/disc.run" --out "$dir/taught.run" --quiet -- $disc ||
   { echo "minimise --experience: failed"; failures=$((failures + 1)); }
 
+# try: a skill as it stands, or with parameters of a person's.
+expect 2 'SKILL is required' -- try
+expect 2 'expected NAME=VALUE' -- try "$nod" --set shoulder
+expect 2 'expected NAME=VALUE' -- try "$nod" --set =1
+expect 2 'no parameter "sholder"' 'Did you mean "shoulder"' -- try "$nod" --set sholder=1
+expect 2 '"much" is not a number' -- try "$nod" --set shoulder=much
+expect 2 'shoulder is within [-1, 1] rad' -- try "$nod" --set shoulder=7
+expect 2 'task 7 rad' '[0, 1]' -- try "$nod" --task 7
+expect 2 'x.gif' 'expected a name ending in .png' -- try "$nod" --out "$dir/try.run" --out "$dir/x.gif"
+[ ! -e "$dir/try.run" ] || { echo "try: left a file after a mistake"; failures=$((failures + 1)); }
+expect 3 -- try "$nod"
+expect 0 -- try "$nod" --set shoulder=0.123 --set elbow=0 --out "$dir/by-hand.run" --out "$dir/by-hand.png"
+[ -s "$dir/by-hand.png" ] || { echo "try: no picture"; failures=$((failures + 1)); }
+expect 2 'exists already' -- try "$nod" --out "$dir/by-hand.run"
+sed 's/when = "com.z < 0.1"/when = "time > 0.05"/' "$nod" >"$dir/falls.toml"
+expect 1 -- try "$dir/falls.toml"
+for verb in "try $nod --set shoulder=0.123 --set elbow=0" "show $dir/by-hand.run"; do
+  "$traceur" $verb --json | python3 -c '
+import json, sys
+d = json.load(sys.stdin)
+raised = d["measures"]["raised [rad]"]
+sys.exit(not (d["reached"] is True and abs(raised - 0.1) < 0.01 and d["achieved"] == raised
+              and abs(d["objectives"]["arms"]) < 1e-2 and d["ended"] == "horizon"
+              and d["parameters"]["shoulder [rad]"] == 0.123))' ||
+    { echo "$verb --json: not the object it should be"; failures=$((failures + 1)); }
+done
+"$traceur" export "$dir/by-hand.run" >/dev/null || { echo "export: not of a trial by hand"; failures=$((failures + 1)); }
+
+# learn --from: where another run ended, by names.
+sed 's/elbow/bend/' "$nod" >"$dir/bend.toml"
+expect 2 'no such run file' -- learn "$nod" --from "$dir/none.run" --out "$dir/g.run"
+sed 's/shoulder = { unit = "rad"/shoulder = { unit = "deg"/' "$nod" >"$dir/deg.toml"
+expect 2 'by-hand.run' 'its shoulder is in "rad", here it is in "deg"' -- learn "$dir/deg.toml" --from "$dir/by-hand.run" --out "$dir/g.run"
+expect 2 'knows none of the parameters' 'it has x, y' -- learn "$nod" --from "$dir/disc.run" --out "$dir/g.run"
+[ ! -e "$dir/g.run" ] || { echo "learn --from: left a file after a mistake"; failures=$((failures + 1)); }
+text=$("$traceur" learn "$dir/bend.toml" --from "$dir/by-hand.run" --budget 16 --step-size 1e-6 --out "$dir/g.run" 2>/dev/null)
+case $text in *"began at   shoulder of $dir/by-hand.run"*) ;; *) echo "learn --from: said $text"; failures=$((failures + 1)) ;; esac
+"$traceur" show "$dir/g.run" --json | python3 -c '
+import json, sys
+p = json.load(sys.stdin)["parameters"]
+sys.exit(not (abs(p["shoulder [rad]"] - 0.123) < 1e-3 and abs(p["bend [rad]"] - 0.5) < 1e-3))' ||
+  { echo "learn --from: began elsewhere"; failures=$((failures + 1)); }
+expect 2 'another from' 'got none' -- learn "$dir/bend.toml" --budget 32 --step-size 1e-6 --out "$dir/g.run" --resume
+accept learn "$dir/bend.toml" --from "$dir/by-hand.run" --budget 32 --step-size 1e-6 --out "$dir/g.run" --resume --quiet ||
+  { echo "learn --from: cannot be resumed"; failures=$((failures + 1)); }
+
 # Whether the task was reached: the exit code, and true, false or null.
 reached() {  # CODE VALUE ARGUMENTS…
   local got code
