@@ -334,6 +334,26 @@ TEST(Diagnostics, AreSortedByPlaceAndSaidOnce) {
             "f: whole\nf:1:2: b\nf:1:9: b\nf:1:9: another\nf:2:1: c\nf:2:9: b");
 }
 
+TEST(Diagnostics, AreDataForAnEditor) {
+  Diagnostics d("f.toml");
+  d.add(2, 7, "second");
+  d.add(0, 0, "whole");
+  d.add(1, 3, "first");
+  try {
+    d.throwIfAny();
+    FAIL();
+  } catch (const InputError& e) {
+    const InputError copy = e;
+    ASSERT_EQ(copy.mistakes().size(), 3u);
+    EXPECT_EQ(copy.mistakes()[0].line, 0);
+    EXPECT_EQ(copy.mistakes()[1].text, "first");
+    EXPECT_EQ(copy.mistakes()[2].file, "f.toml");
+    EXPECT_EQ(copy.mistakes()[2].line, 2);
+    EXPECT_EQ(copy.mistakes()[2].column, 7);
+  }
+  EXPECT_TRUE(InputError("any other").mistakes().empty());
+}
+
 TEST(Hash, IsFnv1a) {
   const auto of = [](std::string_view text) {
     Hash h;

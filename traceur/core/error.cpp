@@ -14,35 +14,32 @@ constexpr size_t kMostMistakes = 100;
 }  // namespace
 
 void Diagnostics::add(int line, int column, std::string_view message) {
-  for (const Entry& e : entries_) {
-    if (e.line == line && e.column == column && e.message == message) return;
+  for (const Mistake& m : mistakes_) {
+    if (m.line == line && m.column == column && m.text == message) return;
   }
-  entries_.push_back({line, column, std::string(message)});
-  if (entries_.size() < kMostMistakes) return;
-  try {
-    throwIfAny();
-  } catch (const InputError& e) {
-    throw InputError(fmt::format("{}\n{}: {} mistakes: the rest was not looked at", e.what(), file_,
-                                 kMostMistakes));
-  }
+  mistakes_.push_back({file_, line, column, std::string(message)});
+  if (mistakes_.size() == kMostMistakes) throwIfAny();
 }
 
 void Diagnostics::throwIfAny() const {
-  if (entries_.empty()) return;
-  auto sorted = entries_;
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Entry& a, const Entry& b) {
+  if (mistakes_.empty()) return;
+  std::vector<Mistake> sorted = mistakes_;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Mistake& a, const Mistake& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });
   std::string text;
-  for (const Entry& e : sorted) {
+  for (const Mistake& m : sorted) {
     if (!text.empty()) text += '\n';
-    if (e.line == 0) {
-      text += fmt::format("{}: {}", file_, e.message);
+    if (m.line == 0) {
+      text += fmt::format("{}: {}", m.file, m.text);
     } else {
-      text += fmt::format("{}:{}:{}: {}", file_, e.line, e.column, e.message);
+      text += fmt::format("{}:{}:{}: {}", m.file, m.line, m.column, m.text);
     }
   }
-  throw InputError(text);
+  if (sorted.size() == kMostMistakes) {
+    text += fmt::format("\n{}: {} mistakes: the rest was not looked at", file_, kMostMistakes);
+  }
+  throw InputError(text, std::move(sorted));
 }
 
 }  // namespace traceur
