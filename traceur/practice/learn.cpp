@@ -40,6 +40,7 @@ RunMeta metaOf(const Skill& skill, double task, const SearchOptions& options,
                               .file = skill.file.string(),
                               .text = skill.text,
                               .robot = skill.model->fingerprint(),
+                              .parts = partsOf(skill),
                               .engine = sim::engineVersion(),
                               .task = task,
                               .task_unit = skill.task.unit}};
@@ -90,7 +91,7 @@ SearchOptions learningOptions(const VectorXd& tasks) {
 }
 
 Learned learn(const std::shared_ptr<const Skill>& skill, double task, const SearchOptions& options,
-              const std::filesystem::path& file, bool resume, const Carrying& how) {
+              const std::filesystem::path& file, bool resume, const Execution& how) {
   check(*skill, task, options);
   const bool family = options.tasks.size() > 0;
   const SkillProblem problem =

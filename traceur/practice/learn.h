@@ -44,6 +44,6 @@ struct Learned {
 ///         and as Run::begin; nothing is left of a file that it has made then
 Learned learn(const std::shared_ptr<const skill::Skill>& skill, double task,
               const SearchOptions& options, const std::filesystem::path& file, bool resume,
-              const Carrying& how);
+              const Execution& how);
 
 }  // namespace traceur::practice

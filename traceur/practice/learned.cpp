@@ -7,6 +7,7 @@
 
 #include "traceur/control/signals.h"
 #include "traceur/core/error.h"
+#include "traceur/core/hash.h"
 #include "traceur/core/text.h"
 
 namespace traceur::practice {
@@ -60,10 +61,26 @@ LearnedSkill LearnedFamily::at(double task) const {
               .cwiseMin(upperOf(skill->parameters))};
 }
 
+std::uint64_t partsOf(const Skill& skill) {
+  if (skill.parts.empty() && !skill.after) return 0;
+  Hash hash;
+  const auto add = [&](const skill::Part& part) {
+    hash.add(part.skill->text);
+    hash.add(fmt::format("{:016x}", partsOf(*part.skill)));
+  };
+  for (const skill::Part& part : skill.parts) add(part);
+  if (skill.after) add(*skill.after);
+  return hash.value();
+}
+
 std::shared_ptr<const Skill> skillOf(const Run& run) {
   if (!run.meta().skill) throw InputError(run.name() + ": not a run of traceur learn");
   const SkillInRun& s = *run.meta().skill;
   auto skill = Skill::fromText(s.text, s.file);
+  if (partsOf(*skill) != s.parts) {
+    throw InputError(
+        fmt::format("{}: a skill that {} is made of has changed since", run.name(), s.name));
+  }
   // Prints of different engines cannot be compared; what was learned may still be tried.
   const bool comparable = s.engine == sim::engineVersion();
   if (!comparable || skill->model->fingerprint() == s.robot) return skill;

@@ -41,8 +41,13 @@ struct LearnedFamily {
   LearnedSkill at(double task) const;
 };
 
+/// A fingerprint of the texts of the skills that a skill is made of or starts after; 0 for none.
+std::uint64_t partsOf(const skill::Skill& skill);
+
 /// The skill a run has practised, on the robot it has practised with.
-/// @throws InputError for a run of numbers, and when the robot is not found or has changed since
+/// @throws InputError for a run of numbers, and when the robot or a skill it is made of is not
+/// found
+///         or has changed since
 std::shared_ptr<const skill::Skill> skillOf(const Run& run);
 
 /// @throws InputError when the run is not one of a family or has found none yet, and as skillOf

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include "traceur/core/error.h"
@@ -87,7 +88,14 @@ TEST(Run, SaysWhatItWasToldOfASkill) {
                  .from = "y.run"},
       .parameters = {{"a", "rad", -1, 1, 0.1, ""}, {"b", "", 0, 1e-300, 1e-301, ""}},
       .constraints = {"fall", "slip"},
-      .skill = SkillInRun{"nod", "n.toml", "text", 0xffffffff00000001, "engine 1", 0, "rad"}};
+      .skill = SkillInRun{.name = "nod",
+                          .file = "n.toml",
+                          .text = "text",
+                          .robot = 0xffffffff00000001,
+                          .parts = 17,
+                          .engine = "engine 1",
+                          .task = 0,
+                          .task_unit = "rad"}};
   practice::Run::begin(folder / "a.run", asked, false);
   const practice::Run run = practice::Run::open(folder / "a.run");
   const RunMeta& m = run.meta();
@@ -107,6 +115,7 @@ TEST(Run, SaysWhatItWasToldOfASkill) {
   EXPECT_FALSE(m.command);
   EXPECT_EQ(m.skill->name, "nod");
   EXPECT_EQ(m.skill->robot, asked.skill->robot);
+  EXPECT_EQ(m.skill->parts, 17u);
   EXPECT_EQ(m.skill->engine, "engine 1");
   EXPECT_EQ(m.skill->task_unit, "rad");
   EXPECT_TRUE(run.isFamily());
@@ -267,6 +276,34 @@ TEST(Learn, OfAFamilyGivesParametersForEachTask) {
   EXPECT_SAYS(run.recording(), "expected --task");
   EXPECT_GT(recordingOf(run, 0.5).frames.size(), 0u);
   EXPECT_EQ(run.familyCosts().back().cost, l.family->cost);
+}
+
+TEST(Learn, OfASkillMadeOfOthersKnowsThemAgain) {
+  const TestFolder folder;
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(folder / name) << text;
+    return folder / name;
+  };
+  const std::string robot = fs::absolute("models/bioloid-gp/robot.toml").string();
+  std::string part = nod()->text;
+  part.replace(part.find("\"bioloid-gp\""), 12, "\"" + robot + "\"");
+  write("nod.toml", part);
+  const auto whole = Skill::fromFile(
+      write("whole.toml",
+            "name = \"whole\"\nhorizon = 1\nrobot = \"" + robot +
+                "\"\n[parameters]\nb = { range = [0, 1], "
+                "initial = 0.2 }\n[start.pose]\nbase = \"stand\"\n[[skill]]\nfile = \"nod.toml\"\n"
+                "parameters = { shoulder = \"b\" }\n[[objective]]\nname = \"sum\"\ncost = "
+                "\"nod.cost\"\n"));
+  learn(whole, 0, quick(16), folder / "a.run", false, {});
+  const practice::Run run = practice::Run::open(folder / "a.run");
+  EXPECT_EQ(learnedSkill(run).perform().hash, run.outcome()->hash);
+  part.replace(part.find("horizon = 0.1"), 13, "horizon = 0.2");
+  write("nod.toml", part);
+  EXPECT_SAYS(learnedSkill(run), "a skill that whole is made of has changed since");
+  EXPECT_SAYS(
+      learn(Skill::fromFile(folder / "whole.toml"), 0, quick(32), folder / "a.run", true, {}),
+      "the skill or robot file has changed since it began");
 }
 
 TEST(Learn, RefusesWhatDoesNotSuit) {

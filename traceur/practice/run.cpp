@@ -139,6 +139,7 @@ RunFile::Meta toRows(const RunMeta& m) {
                  {"skill_file", m.skill->file},
                  {"skill_text", m.skill->text},
                  {"model", fmt::format("{:016x}", m.skill->robot)},
+                 {"parts", fmt::format("{:016x}", m.skill->parts)},
                  {"task", fmt::format("{}", m.skill->task)},
                  {"task_unit", m.skill->task_unit}});
   } else {
@@ -170,6 +171,7 @@ RunMeta metaOf(const RunFile& run) {
                .file = rows.text("skill_file"),
                .text = rows.text("skill_text"),
                .robot = rows.print("model"),
+               .parts = run.meta("parts") ? rows.print("parts") : 0,
                .engine = rows.text("engine"),
                .task = rows.number("task"),
                .task_unit = rows.text("task_unit")};
@@ -215,7 +217,7 @@ void requireSameOptions(const RunFile& run, const RunMeta& stored, const RunMeta
     // The skill's text counts, wherever it lies.
     if (key == "budget" || key == "skill_file" || key == "parameters") continue;
     if (before[key] == value) continue;
-    const bool is_text = key == "skill_text" || key == "model";
+    const bool is_text = key == "skill_text" || key == "model" || key == "parts";
     throw InputError(fmt::format(
         "{}: cannot be resumed with another {}{}", where, key,
         is_text ? ": the skill or robot file has changed since it began"

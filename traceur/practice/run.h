@@ -37,6 +37,7 @@ struct SearchOptions {
 struct SkillInRun {
   std::string name, file, text;  ///< skill::Skill's
   std::uint64_t robot = 0;       ///< fingerprint of its model
+  std::uint64_t parts = 0;       ///< of the texts of the skills it is made of; 0: of none
   std::string engine;            ///< version that ran it
   double task = 0;               ///< of one task; 0 for a family
   std::string task_unit;

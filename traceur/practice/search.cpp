@@ -73,7 +73,7 @@ std::unique_ptr<optim::Optimizer> optimiserFor(const optim::Problem& problem, co
 }
 
 optim::Summary search(Run& run, const optim::Problem& problem, optim::Optimizer& optimiser,
-                      double target, const Carrying& how) {
+                      double target, const Execution& how) {
   const optim::Progress start = run.progress();
   if (const auto state = run.file().state()) {
     try {

@@ -12,8 +12,8 @@
 
 namespace traceur::practice {
 
-/// How a search is carried out; changes no bit of what it finds.
-struct Carrying {
+/// How a search is executed; changes no bit of what it finds.
+struct Execution {
   int threads = 0;            ///< 0: one for each processor
   std::stop_token stop = {};  ///< asked to end: optim::MinimiseOptions::stop
   /// At the beginning, and after each generation that was stored.
@@ -35,6 +35,6 @@ std::unique_ptr<optim::Optimizer> optimiserFor(const optim::Problem& problem, co
 /// begun here and ends with an exception before a trial gave a cost, no file is left.
 /// @param target  as optim::MinimiseOptions
 optim::Summary search(Run& run, const optim::Problem& problem, optim::Optimizer& optimiser,
-                      double target, const Carrying& how);
+                      double target, const Execution& how);
 
 }  // namespace traceur::practice
