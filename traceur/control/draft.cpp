@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 
 #include "traceur/core/error.h"
@@ -68,33 +69,39 @@ std::vector<Candidate> candidates(const Robot& bare, sim::World& world,
   return found;
 }
 
-std::vector<JointGain> times(double factor, std::vector<JointGain> gains) {
-  for (JointGain& gain : gains) {
-    gain.kp *= factor;
-    gain.kd *= factor;
-  }
-  return gains;
-}
-
-/// Gains and a standing pose.
+/// Gains and a standing pose: tries each candidate with each factor until one stands.
+/// @param gains  of a factor
 void findStance(Draft& draft, const std::vector<Candidate>& candidates,
-                const std::vector<JointGain>& gains, const sim::Anatomy& anatomy) {
+                const std::function<std::vector<JointGain>(double)>& gains,
+                const sim::Anatomy& anatomy) {
   const std::vector<sim::BodyId> feet = feetOf(*draft.model, anatomy);
-  const auto take = [&](const Candidate& c, double factor, const Standing& standing) {
-    draft.stand_is = c.is;
-    draft.stiffness = factor;
-    draft.standing = standing;
-    draft.robot.poses["stand"] = c.pose;
-  };
   for (const Candidate& c : candidates) {
     for (const double factor : kLadder) {
-      const Standing standing = hold(draft.model, c.pose, times(factor, gains), feet, kHeld);
+      const Standing standing = hold(draft.model, c.pose, gains(factor), feet, kHeld);
       if (draft.stand_is.empty() || standing.stands || standing.time > draft.standing.time) {
-        take(c, factor, standing);
+        draft.stand_is = c.is;
+        draft.stiffness = factor;
+        draft.standing = standing;
+        draft.robot.poses["stand"] = c.pose;
       }
       if (standing.stands) return;
     }
   }
+}
+
+/// Bodies that press on each other in the pose "stand", by name.
+std::set<std::string> overlaps(const Draft& draft) {
+  std::set<std::string> found;
+  const auto stand = draft.robot.poses.find("stand");
+  if (stand == draft.robot.poses.end()) return found;
+  const sim::Model& model = *draft.model;
+  sim::World world(draft.model);
+  world.reset(model.stateOf(stand->second));
+  for (const sim::Contact& c : world.snapshot().contacts()) {
+    if (!model.isRobot(c.body_a) || !model.isRobot(c.body_b)) continue;
+    found.insert(model.bodyName(c.body_a) + " and " + model.bodyName(c.body_b));
+  }
+  return found;
 }
 
 bool saysAnything(const JointLimit& limit) {
@@ -124,7 +131,13 @@ void addDoubts(Draft& draft, const sim::Mirroring& mirroring, bool floats) {
                     "forward.",
                     mirroring.plane.left.x(), mirroring.plane.left.y()));
   }
-  if (!draft.robot.bodies.contains("feet")) doubt("Nothing of it reaches the ground as feet.");
+  if (floats && !draft.robot.limbs.contains("left_leg")) {
+    doubt("No limb reaches the ground at joint angles 0: is that how it stands, with z up?");
+  }
+  if (const auto pairs = overlaps(draft); !pairs.empty()) {
+    doubt(fmt::format("In the pose stand {} pairs of its parts press on each other ({}{}).",
+                      pairs.size(), *pairs.begin(), pairs.size() > 1 ? ", …" : ""));
+  }
   if (!floats) doubt("Its base is fixed to the world: it was not made to stand.");
 }
 
@@ -155,10 +168,13 @@ Draft draftRobot(const Robot& bare) {
   for (const Joint& j : model.joints()) {
     if (saysAnything(j.limit)) robot.limits[j.name] = j.limit;
   }
-  const std::vector<JointGain> gains = gainsByPhysics(world, mirroring, anatomy);
+  const auto gains = [&](double factor) {
+    world.reset(model.stateOf({}));
+    return gainsByPhysics(world, mirroring, anatomy, factor);
+  };
   const bool floats = model.rootDofs() == 6;
   if (floats) findStance(draft, candidates(bare, world, mirroring, anatomy), gains, anatomy);
-  const std::vector<JointGain> chosen = times(draft.stiffness, gains);
+  const std::vector<JointGain> chosen = gains(draft.stiffness);
   for (size_t i = 0; i < chosen.size(); ++i) {
     const Joint& j = model.joints()[i];
     if (j.motor >= 0) robot.gains[j.name] = chosen[i];

@@ -55,8 +55,7 @@ sim::JointGain gainOf(const Snapshot& s, const Model& model, const Joint& joint,
         stands_on_it ? static_cast<double>(feet.size()) / static_cast<double>(outward_feet) : 1;
     kp = std::max(kp, kStiffness * load.mass * model.gravity() * d / legs);
   }
-  kp = rounded(kp);
-  return {kp, rounded(kp * kDampingTime)};
+  return {kp, kp * kDampingTime};
 }
 
 /// What bends a leg in the sagittal plane.
@@ -141,7 +140,7 @@ std::vector<BodyId> feetOf(const Model& model, const Anatomy& anatomy) {
 }
 
 std::vector<sim::JointGain> gainsByPhysics(const sim::World& world, const Mirroring& mirroring,
-                                           const Anatomy& anatomy) {
+                                           const Anatomy& anatomy, double factor) {
   const Model& model = world.model();
   const std::vector<BodyId> feet = feetOf(model, anatomy);
   std::map<std::string, sim::JointGain> gains;
@@ -152,7 +151,10 @@ std::vector<sim::JointGain> gainsByPhysics(const sim::World& world, const Mirror
     left = right = left.kp > right.kp ? left : right;
   }
   std::vector<sim::JointGain> in_order;
-  for (const Joint& j : model.joints()) in_order.push_back(gains[j.name]);
+  for (const Joint& j : model.joints()) {
+    const sim::JointGain& gain = gains[j.name];
+    in_order.push_back({rounded(factor * gain.kp), rounded(factor * gain.kd)});
+  }
   return in_order;
 }
 

@@ -18,10 +18,11 @@ namespace traceur::control {
 /// m the mass of that part, d the distance of its centre of mass from the joint: a weight that
 /// topples over it does so with m g d at most. n the number of legs that share it. I the inertia
 /// outwards of the joint, its motor's too. 10 and 0.05 s are those of the Atlas under models/,
-/// 25 rad/s is that of its arms [ours]. Left and right get the same.
+/// 25 rad/s is that of its arms [ours]. Left and right get the same, all two digits.
 /// @param world  at joint angles 0
+/// @param factor  on all gains
 std::vector<sim::JointGain> gainsByPhysics(const sim::World& world, const sim::Mirroring& mirroring,
-                                           const sim::Anatomy& anatomy);
+                                           const sim::Anatomy& anatomy, double factor = 1);
 
 /// Legs bent in three parallel joints across the sagittal plane, hip, knee and ankle: the knees by
 /// `bend` [rad], the others so that the soles are as level as at joint angles 0 and the COM is over
