@@ -218,6 +218,7 @@ std::string key(const std::string& text) {
 
 std::string list(const std::vector<std::string>& words) {
   std::vector<std::string> each;
+  each.reserve(words.size());
   for (const std::string& word : words) each.push_back(quoted(word));
   return "[" + join(each) + "]";
 }
@@ -234,7 +235,7 @@ class Table {
     for (const auto& [name, value] : rows_) width = std::max(width, name.size());
     std::string out = fmt::format("\n{}[{}]\n", comment, title);
     for (const auto& [name, value] : rows_) {
-      out += name + std::string(width - name.size(), ' ') + " = " + value + "\n";
+      out += fmt::format("{}{} = {}\n", name, std::string(width - name.size(), ' '), value);
     }
     return out;
   }
@@ -398,7 +399,8 @@ std::string Writer::poses() const {
   if (draft_.stand_is.empty()) return "";
   Table table;
   table.add("zero", "{}");
-  for (const auto& [name, pose] : robot_.poses) {
+  for (const auto& entry : robot_.poses) {  // whole: clang before 16 captures no parts of one
+    const Pose& pose = entry.second;
     const auto angle = [&](const std::string& joint) {
       const auto at = pose.joints.find(joint);
       return at == pose.joints.end() ? 0 : at->second;
@@ -416,7 +418,7 @@ std::string Writer::poses() const {
       words.push_back(
           fmt::format("root = {{ roll = {}, pitch = {}, yaw = {} }}", rpy.x(), rpy.y(), rpy.z()));
     }
-    table.add(name, words.empty() ? "{}" : "{ " + join(words) + " }");
+    table.add(entry.first, words.empty() ? "{}" : "{ " + join(words) + " }");
   }
   return table.text("poses", fmt::format("# rad. stand: {}.\n", draft_.stand_is));
 }
