@@ -125,14 +125,9 @@ void drawPicture(const std::shared_ptr<const sim::Model>& model, const std::stri
   render::writePng(drawing.draw(sim::frameOf(world.snapshot(), 0, no_torque)), file);
 }
 
-int inspect(const Arguments& a) {
-  std::filesystem::path robot_file = skill::findRobot(a.robot, std::filesystem::current_path());
-  if (!a.write.empty()) {
-    writeDraft(sim::Robot::fromFile(robot_file), a.write);
-    robot_file = a.write;  // what is told from here on is what a person would be told of it
-  }
-  const auto robot = std::make_shared<const sim::Robot>(sim::Robot::fromFile(robot_file));
-  const auto model = sim::Model::fromScene({.robot = robot});
+/// All that is told, as --json prints it.
+nlohmann::ordered_json reportOf(const std::shared_ptr<const sim::Model>& model) {
+  const sim::Robot* robot = model->robot().get();
   sim::World world(model);
   const sim::State zero = model->stateOf({});
   world.reset(zero);
@@ -180,19 +175,20 @@ int inspect(const Arguments& a) {
   for (const auto& [name, unused] : robot->poses) j["poses"].push_back(name);
   for (const Need& n : needs(*model)) j["missing"][n.verb] = n.missing;
   j["left_to_skills"] = leftToSkills(*robot, *model);
-  if (!a.mjcf.empty()) writeNew("--mjcf", a.mjcf, model->mjcf());
-  if (!a.picture.empty()) drawPicture(model, a.pose, a.picture);
-  if (a.json) {
-    printJson(j);
-    return kDone;
-  }
+  return j;
+}
+
+/// The same for a person.
+void tell(const sim::Model& model, const nlohmann::ordered_json& j) {
+  const sim::Robot* robot = model.robot().get();
   print("{}: {}\n", robot->name,
         robot->description.empty() ? robot->file.string() : robot->description);
-  print("  mass {:.4g} kg, COM {:.4g} m above the ground at joint angles 0\n", model->mass(),
-        com_height);
+  print("  mass {:.4g} kg, COM {:.4g} m above the ground at joint angles 0\n", model.mass(),
+        j["com_height_at_zero_m"].get<double>());
   print("  root \"{}\" ({}), {} bodies, {} joints, {} degrees of freedom\n",
-        model->bodyName(model->root()), model->rootDofs() == 6 ? "floats" : "fixed",
-        model->bodies() - 1, model->joints().size(), model->nv());
+        model.bodyName(model.root()), model.rootDofs() == 6 ? "floats" : "fixed",
+        model.bodies() - 1, model.joints().size(), model.nv());
+  const int self_contacts = j["self_contacts_at_rest"];
   if (self_contacts > 0) {
     print("  warning: {} contacts inside the robot at rest\n", self_contacts);
   }
@@ -201,7 +197,7 @@ int inspect(const Arguments& a) {
   const auto number = [](double x) {
     return std::isfinite(x) ? fmt::format("{:.4g}", x) : std::string("-");
   };
-  for (const sim::Joint& joint : model->joints()) {
+  for (const sim::Joint& joint : model.joints()) {
     const auto gain = robot->gains.find(joint.name);
     const bool has_gain = gain != robot->gains.end();
     print("  {:<18} {:>9} {:>9} {:>9} {:>9} {:>8} {:>7}  {}\n", joint.name, number(joint.limit.min),
@@ -209,11 +205,11 @@ int inspect(const Arguments& a) {
           has_gain ? number(gain->second.kp) : "-", has_gain ? number(gain->second.kd) : "-",
           joint.motor >= 0 ? "yes" : "no");
   }
-  if (std::any_of(model->joints().begin(), model->joints().end(),
+  if (std::any_of(model.joints().begin(), model.joints().end(),
                   [](const sim::Joint& joint) { return joint.slides; })) {
     print("  slides (m, N, m/s): {}\n", [&] {
       std::vector<std::string> names;
-      for (const sim::Joint& joint : model->joints()) {
+      for (const sim::Joint& joint : model.joints()) {
         if (joint.slides) names.push_back(joint.name);
       }
       return join(names);
@@ -232,12 +228,30 @@ int inspect(const Arguments& a) {
     print("\n  poses: {}\n", join(j["poses"].get<std::vector<std::string>>()));
   }
   print("\n");
-  for (const Need& n : needs(*model)) {
+  for (const Need& n : needs(model)) {
     print("  {:<6} {}\n", n.verb,
           n.missing.empty() ? "has all it needs" : "misses " + join(n.missing, "; "));
   }
-  if (const auto left = leftToSkills(*robot, *model); !left.empty()) {
+  if (const auto left = leftToSkills(*robot, model); !left.empty()) {
     print("  left to each skill to say: {}\n", join(left, "; "));
+  }
+}
+
+int inspect(const Arguments& a) {
+  std::filesystem::path robot_file = skill::findRobot(a.robot, std::filesystem::current_path());
+  if (!a.write.empty()) {
+    writeDraft(sim::Robot::fromFile(robot_file), a.write);
+    robot_file = a.write;  // what is told from here on is what a person would be told of it
+  }
+  const auto robot = std::make_shared<const sim::Robot>(sim::Robot::fromFile(robot_file));
+  const auto model = sim::Model::fromScene({.robot = robot});
+  const nlohmann::ordered_json report = reportOf(model);
+  if (!a.mjcf.empty()) writeNew("--mjcf", a.mjcf, model->mjcf());
+  if (!a.picture.empty()) drawPicture(model, a.pose, a.picture);
+  if (a.json) {
+    printJson(report);
+  } else {
+    tell(*model, report);
   }
   return kDone;
 }
