@@ -35,6 +35,8 @@ struct Arguments {
   double push = 0;
   std::string strategy = "all";
   std::vector<std::string> without;
+  double delay = 0;          // [s]
+  double encoder_noise = 0;  // [rad]
   std::uint64_t seed = 1;
   std::string out;
   bool literal = false;
@@ -199,7 +201,11 @@ int runFall(const Arguments& a) {
   const std::map<std::string, std::vector<std::string>> known = strategies();
   for (const std::string& strategy : known.at(a.strategy)) {
     Ran r{strategy, {}, {}};
-    r.outcome = experiment.run(push, strategy, &r.recording);
+    r.outcome = experiment.run(push, strategy,
+                               {.delay = a.delay,
+                                .encoder_noise = a.encoder_noise,
+                                .seed = a.seed,
+                                .recording = &r.recording});
     if (r.outcome.trial.diverged) {
       throw InputError(
           fmt::format("--push {:g}: the simulation of \"{}\" diverges", push.force, strategy));
@@ -351,6 +357,11 @@ void addFall(CLI::App& program, int& exit_code) {
   verb->add_flag("--literal", a->literal, kLiteral);
   verb->add_flag("--once", a->once, "Follow the first plan to its end, as published");
   verb->add_flag("--exact", a->exact, "Plan exactly, some ten times slower");
+  verb->add_option("--delay", a->delay, "From a state to the torque that answers it [s]")
+      ->check(CLI::Range(0.0, 0.1));
+  verb->add_option("--encoder-noise", a->encoder_noise,
+                   "Of the angles that motors read, standard deviation [rad]")
+      ->check(CLI::Range(0.0, 0.5));
   verb->add_option("--seed", a->seed, kSeed)->check(isSeed())->capture_default_str();
   verb->add_option("--out", a->out, "Folder for pictures; default: under runs/");
   verb->add_flag("--video", a->video, "Also videos, four times slower than real");
@@ -361,6 +372,7 @@ void addFall(CLI::App& program, int& exit_code) {
       "  traceur fall --robot bioloid-gp --push 5\n"
       "  traceur fall --robot atlas --stance two_feet --direction backward --push 500\n"
       "  traceur fall --robot bioloid-gp --push 8 --without hands --strategy planned --video\n"
+      "  traceur fall --robot bioloid-gp --push 5 --delay 0.01 --encoder-noise 0.01\n"
       "  traceur fall compile --robot atlas --out plans");
   verb->callback([a, verb, compile, robot, push, &exit_code] {
     if (verb->got_subcommand(compile)) return;

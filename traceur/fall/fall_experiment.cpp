@@ -37,7 +37,8 @@ double FallExperiment::heldCost(const FallState& start, const sim::State& pose) 
 }
 
 FallExperiment::Outcome FallExperiment::run(const Push& push, std::string_view way,
-                                            sim::Recording* recording, const FallPlan* plan) {
+                                            const motion::TrialOptions& more,
+                                            const FallPlan* plan) {
   Outcome outcome;
   bool first = true;
   const auto next = [&](const FallState& start, const std::vector<PoseSolver::Goal>& made,
@@ -55,7 +56,7 @@ FallExperiment::Outcome FallExperiment::run(const Push& push, std::string_view w
     if (refused || std::isinf(found.cost)) return std::nullopt;
     return motionOf(found, problem_.model, body(), poses_, falls_->tracking, start, made, pose);
   };
-  outcome.trial = simulator_.run(push, way, next, recording);
+  outcome.trial = simulator_.run(push, way, next, more);
   return outcome;
 }
 

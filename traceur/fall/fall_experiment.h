@@ -41,7 +41,8 @@ class FallExperiment {
 
   /// @param way   one of allWays()
   /// @param plan  follow this one, whatever the fall is like, instead of planning
-  Outcome run(const Push& push, std::string_view way, sim::Recording* recording = nullptr,
+  /// @param more  as FallSimulator::run
+  Outcome run(const Push& push, std::string_view way, const motion::TrialOptions& more = {},
               const FallPlan* plan = nullptr);
 
   const FallProblem& problem() const { return problem_; }

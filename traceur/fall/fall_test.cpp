@@ -1443,7 +1443,7 @@ TEST(FallSimulator, WhatIsMeasuredFitsTogether) {
   const FallProtocol protocol;
   for (const std::string strategy : {"hold", "limp"}) {
     sim::Recording recording;
-    const FallTrial t = simulator.run({1.5}, strategy, {}, &recording);
+    const FallTrial t = simulator.run({1.5}, strategy, {}, {.recording = &recording});
     ASSERT_TRUE(t.fell);
     EXPECT_GE(t.noticed, 0.1);  // not before the push is over
     // Impulses.

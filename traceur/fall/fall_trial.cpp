@@ -155,7 +155,7 @@ void FallSimulator::checkStance() const {
 }
 
 FallTrial FallSimulator::run(const Push& push, std::string_view way, const Plan& plan,
-                             sim::Recording* recording) {
+                             const motion::TrialOptions& more) {
   const auto steps = [&](double time) {
     return static_cast<int>(std::lround(time / protocol_.time_step));
   };
@@ -168,12 +168,11 @@ FallTrial FallSimulator::run(const Push& push, std::string_view way, const Plan&
                   steps(protocol_.settle));
   const std::array<motion::Observer*, 2> observers = {&meter, &watch};
   motion::Session session(world, actuation, faller, observers);
-  motion::TrialOptions options;
-  options.recording = recording;
+  motion::TrialOptions options = more;
   if (push.force != 0) {
-    options.pushes = {{.body = body_.model()->body(falls_->push_body),
-                       .force = {body_.setup().sign() * push.force, 0, 0},
-                       .duration = push.duration}};
+    options.pushes.push_back({.body = body_.model()->body(falls_->push_body),
+                              .force = {body_.setup().sign() * push.force, 0, 0},
+                              .duration = push.duration});
   }
   const motion::Trial& ended = session.run(stance_, options);
   FallTrial trial;

@@ -8,7 +8,7 @@
 
 #include "traceur/fall/impulse_meter.h"
 #include "traceur/fall/ways.h"
-#include "traceur/sim/recording.h"
+#include "traceur/motion/session.h"
 
 namespace traceur::fall {
 
@@ -41,9 +41,11 @@ class FallSimulator {
   /// A whole trial. Equal arguments give equal bits.
   /// @param way   one of allWays()
   /// @param plan  of the way that follows one
+  /// @param more  a recording, delay, the sensors' noise, pushes beside the one; its horizon counts
+  ///              only where it ends the trial sooner
   /// @throws InputError for another way
   FallTrial run(const Push& push, std::string_view way, const Plan& plan = {},
-                sim::Recording* recording = nullptr);
+                const motion::TrialOptions& more = {});
 
  private:
   const FallRobot* falls_;

@@ -356,7 +356,7 @@ std::vector<FollowerByHand::Question> expectFollowed(
         asked.push_back({start, made});
         return asked.size() <= answers.size() ? answers[asked.size() - 1] : std::nullopt;
       },
-      &recording);
+      {.recording = &recording});
   hand.expectSame(trial);
   EXPECT_EQ(asked.size(), follower.asked.size());
   for (size_t i = 0; i < std::min(asked.size(), follower.asked.size()); ++i) {
@@ -453,7 +453,7 @@ TEST(FallTrial, EndsWhereNothingFallsOrTheNumbersDo) {
   FallSimulator simulator(falls, falls.setup("two_feet", "forward"),
                           {.time_step = 0.001, .patience = 0.3});
   sim::Recording recording;
-  const FallTrial weak = simulator.run({50, 0.05}, "hold", {}, &recording);
+  const FallTrial weak = simulator.run({50, 0.05}, "hold", {}, {.recording = &recording});
   EXPECT_FALSE(weak.fell);
   EXPECT_FALSE(weak.diverged);
   EXPECT_TRUE(weak.com.empty());
@@ -464,6 +464,22 @@ TEST(FallTrial, EndsWhereNothingFallsOrTheNumbersDo) {
   const FallTrial torn = simulator.run({1e15}, "hold");
   EXPECT_TRUE(torn.diverged);
   EXPECT_LT(torn.windowed.size(), 300U);
+}
+
+TEST(FallSimulator, IsDisturbedAsAnyTrialIs) {
+  const FallRobot falls = fallsOf("bioloid-gp");
+  FallSimulator simulator(falls, falls.setups[0], {.time_step = 0.001, .settle = 0.6});
+  const double alone = simulator.run({1.5}, "hold").impulse;
+  EXPECT_NE(simulator.run({1.5}, "hold", {}, {.delay = 0.02}).impulse, alone);
+  const double noisy = simulator.run({1.5}, "hold", {}, {.encoder_noise = 0.02}).impulse;
+  EXPECT_NE(noisy, alone);
+  EXPECT_EQ(simulator.run({1.5}, "hold", {}, {.encoder_noise = 0.02}).impulse, noisy);
+  EXPECT_NE(simulator.run({1.5}, "hold", {}, {.encoder_noise = 0.02, .seed = 2}).impulse, noisy);
+  // A push back when the fall is on its way.
+  const motion::Push back{
+      .body = simulator.body().model()->root(), .force = {-3, 0, 0}, .start = 0.3};
+  EXPECT_NE(simulator.run({1.5}, "hold", {}, {.pushes = {back}}).impulse, alone);
+  EXPECT_EQ(simulator.run({1.5}, "hold").impulse, alone);
 }
 
 TEST(WaysToFall, EachIsAControllerThatKeepsToItsRules) {
@@ -479,7 +495,7 @@ TEST(WaysToFall, EachIsAControllerThatKeepsToItsRules) {
                                         const sim::State&) { return std::nullopt; };
     FallSimulator simulator(bioloid, bioloid.setups[0], {.time_step = 0.001, .settle = 0.6});
     sim::Recording recording;
-    const FallTrial trial = simulator.run({2}, way.name, none, &recording);
+    const FallTrial trial = simulator.run({2}, way.name, none, {.recording = &recording});
     EXPECT_TRUE(trial.fell);
     EXPECT_FALSE(trial.diverged);
     EXPECT_GT(trial.impulse, 0);
@@ -639,7 +655,7 @@ TEST(FallExperiment, PlansAsItsOptionsSay) {
   options.tables = tables.path();
   const auto run = [&](const FallPlan* plan = nullptr) {
     FallExperiment experiment(falls, falls->setups[0], options);
-    return std::pair(experiment.run({1.5}, "planned", nullptr, plan), experiment.problem());
+    return std::pair(experiment.run({1.5}, "planned", {}, plan), experiment.problem());
   };
   const auto [quick, problem] = run();
   EXPECT_FALSE(quick.refused);
@@ -708,7 +724,7 @@ TEST(FallExperiment, RefusesAPlanThatCostsMoreThanThePoseUnlessItIsToldTo) {
     EXPECT_EQ(outcome.refused, refused);
     EXPECT_EQ(outcome.trial.com == kept.com, refused);
     // One that is given is followed.
-    const FallExperiment::Outcome told = experiment.run({push}, "planned", nullptr, &outcome.plan);
+    const FallExperiment::Outcome told = experiment.run({push}, "planned", {}, &outcome.plan);
     EXPECT_FALSE(told.refused);
     EXPECT_NE(told.trial.com, kept.com);
   }

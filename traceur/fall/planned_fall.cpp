@@ -30,9 +30,9 @@ void PlannedFall::begin(const motion::Moment& m, const control::JointTarget& /*h
   stage_ = 0;
   made_ = node_ = 0;
   made_nodes_ = {0};
-  way_.clear();
+  way_ = {};
   noticed_ = begun_ = asked_ = m.s.time();
-  from_ = target_ = control::targetOf(*model_, context_.stance);
+  target_ = control::targetOf(*model_, context_.stance);
   ask(m.s);
 }
 
@@ -58,7 +58,7 @@ void PlannedFall::update(const motion::Moment& m) {
 
 void PlannedFall::command(const motion::Moment& m, motion::Senses& /*senses*/,
                           control::Command& c) {
-  follow(m.s.time());
+  if (!way_.empty()) target_ = way_.at(m.s.time() - begun_);
   c.target = target_;
   const double quick = body_->setup().quick.stiffness;
   double stiffness = 1;
@@ -76,16 +76,6 @@ void PlannedFall::command(const motion::Moment& m, motion::Senses& /*senses*/,
   c.expected = false;
   c.forces.clear();
   if (tracking_->support > 0 && !resting()) addSupport(m.s, c.forces);
-}
-
-/// The target now, on the way to where it should be.
-void PlannedFall::follow(double time) {
-  if (way_.empty()) return;
-  const auto n = static_cast<double>(way_.size());
-  const double along = ramp_ > 0 ? std::clamp((time - begun_) / ramp_, 0.0, 1.0) * n : n;
-  const size_t next = std::min(static_cast<size_t>(along), way_.size() - 1);
-  const VectorXd& before = next == 0 ? from_.q : way_[next - 1].q;
-  target_.q = before + (along - static_cast<double>(next)) * (way_[next].q - before);
 }
 
 void PlannedFall::addSupport(const sim::Snapshot& s,
@@ -129,18 +119,18 @@ bool PlannedFall::ask(const sim::Snapshot& s) {
 
 void PlannedFall::enter(double time) {
   begun_ = asked_ = time;
-  from_ = target_;
   if (resting()) {
     if (motion_.rest.q.size() == 0) return;
-    way_ = {control::targetOf(*model_, motion_.rest)};
-    ramp_ = tracking_->rest;
+    way_ = {target_, {control::targetOf(*model_, motion_.rest)}, tracking_->rest};
     return;
   }
-  way_.clear();
+  std::vector<control::JointTarget> via;
   for (const sim::State& pose : motion_.stages[stage_].poses) {
-    way_.push_back(control::targetOf(*model_, pose));
+    via.push_back(control::targetOf(*model_, pose));
   }
-  ramp_ = tracking_->ramp * motion_.stages[stage_].duration;
+  way_ = {};
+  if (via.empty()) return;
+  way_ = {target_, std::move(via), tracking_->ramp * motion_.stages[stage_].duration};
 }
 
 /// Whether the extrapolated COM is past the node it should turn about.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "traceur/fall/ways.h"
+#include "traceur/motion/joint_path.h"
 
 namespace traceur::fall {
 
@@ -24,7 +25,6 @@ class PlannedFall : public motion::Controller {
  private:
   bool ask(const sim::Snapshot& s);
   void enter(double time);
-  void follow(double time);
   bool falling(const sim::Snapshot& s) const;
   bool touches(const sim::Snapshot& s, const FallMotion::Stage& stage) const;
   void addSupport(const sim::Snapshot& s, std::vector<control::VirtualForce>& forces) const;
@@ -45,9 +45,8 @@ class PlannedFall : public motion::Controller {
   double noticed_ = 0;  // [s]
   double begun_ = 0;    // the stage, or the way to rest [s]
   double asked_ = 0;    // [s]
-  double ramp_ = 0;     // [s]
-  control::JointTarget from_, target_;
-  std::vector<control::JointTarget> way_;
+  control::JointTarget target_;
+  motion::JointPath way_;
 };
 
 }  // namespace traceur::fall

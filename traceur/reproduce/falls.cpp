@@ -164,7 +164,7 @@ Table fallRobustness() {
     FallExperiment experiment = experimentOf(planned, seed, true);
     if (column == 0) return outcomeOf(experiment.run({kPushes[row]}, "hold").trial);
     const fall::FallPlan plan = experiment.run({kPlannedFor}, "planned").plan;
-    return outcomeOf(experiment.run({kPushes[row]}, "planned", nullptr, &plan).trial);
+    return outcomeOf(experiment.run({kPushes[row]}, "planned", {}, &plan).trial);
   };
   return t;
 }

@@ -84,7 +84,8 @@ std::vector<std::string> SkillController::phases() const {
 }
 
 void SkillController::begin(const motion::Moment& m, const control::JointTarget& held) {
-  goal_ = reached_ = held;
+  reached_ = held;
+  path_ = {held, {held}, 0};
   cop_.reset();
   places_->time = 0;
   places_->signals.begin();
@@ -101,16 +102,16 @@ void SkillController::enter(int phase, const motion::Moment& m) {
   entered_step_ = m.step;
   entered_ = m.time;
   places_->phase_time = 0;
-  from_ = reached_;
   const skill::Phase& p = skill_->phases[phase];
   Phase& bound = phases_[phase];
-  if (!p.from_previous) goal_.q = p.base;
+  control::JointTarget goal = path_.end();
+  if (!p.from_previous) goal.q = p.base;
   for (const Target& t : bound.targets) {
     const double value = t.value.value();
-    if (!std::isnan(value)) goal_.q[t.joint] = t.sign * value;  // a signal without a value
+    if (!std::isnan(value)) goal.q[t.joint] = t.sign * value;  // a signal without a value
   }
-  blend_ = bound.blend.value();
-  wanted_ = goal_.q;
+  wanted_ = goal.q;
+  path_ = {reached_, {std::move(goal)}, bound.blend.value()};
   if (bound.reach) solveReach(m);
   still_.clear();
   for (const Force& f : bound.forces) {
@@ -123,7 +124,7 @@ bool SkillController::moves(const ForceTerm& f) {
 }
 
 void SkillController::solveReach(const motion::Moment& m) {
-  phases_[phase_].reach->solve(m.s, wanted_, goal_);
+  phases_[phase_].reach->solve(m.s, wanted_, path_.end());
   solved_step_ = m.step;
 }
 
@@ -198,9 +199,8 @@ void SkillController::command(const motion::Moment& m, motion::Senses& senses,
   const double every = p.reach ? skill_->phases[phase_].reach->every : 0;
   const double since = (m.step - solved_step_) * skill_->model->timeStep();
   if (every > 0 && since >= every - 1e-9) solveReach(m);
-  const double done = blend_ > 0 ? std::min(1.0, (m.time - entered_) / blend_) : 1.0;
-  c.target.q = from_.q + done * (goal_.q - from_.q);
-  reached_.q = done < 1 ? c.target.q : goal_.q;  // to the bit
+  c.target = path_.at(m.time - entered_);
+  reached_ = path_.over(m.time - entered_) ? path_.end() : c.target;  // to the bit
   if (senses_velocity_) sensed_velocity_ = senses.comVelocity();
   for (const BoundFeedback& f : feedback_) {
     if (!(*f.during)[phase_]) continue;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "traceur/motion/controller.h"
+#include "traceur/motion/joint_path.h"
 #include "traceur/skill/bound.h"
 #include "traceur/skill/places.h"
 
@@ -77,13 +78,13 @@ class SkillController : public motion::Controller {
   int phase_ = 0;
   int entered_step_ = 0;  // a phase's time is a whole number of steps, a difference of times is not
   double entered_ = 0;    // [s]
-  double blend_ = 0;      // [s]
   int solved_step_ = 0;   // when its reach was solved last
   VectorXd wanted_;       // the pose that reach keeps near to
-  std::vector<control::VirtualForce> still_;    // forces that do not change in this phase
-  bool follows_cop_ = false;                    // some force's frame does
-  std::optional<Vector3d> cop_;                 // the last one
-  control::JointTarget from_, goal_, reached_;  // reached: without feedback
+  std::vector<control::VirtualForce> still_;  // forces that do not change in this phase
+  bool follows_cop_ = false;                  // some force's frame does
+  std::optional<Vector3d> cop_;               // the last one
+  control::JointTarget reached_;              // without feedback
+  motion::JointPath path_;                    // to the phase's targets
 };
 
 }  // namespace traceur::skill
