@@ -9,6 +9,7 @@
 #include "traceur/control/expression.h"
 #include "traceur/core/text.h"
 #include "traceur/skill/launch.h"
+#include "traceur/skill/part_source.h"
 #include "traceur/skill/scene_reader.h"
 #include "traceur/skill/words.h"
 
@@ -402,6 +403,7 @@ class SkillReader {
     const std::string file = row.string("file");
     part.name = row.string("name", fs::path(file).stem().string());
     const TomlReader set = row.table("parameters");
+    PartSource source;
     if (file.empty()) return part;
     try {
       if (++*files_ > kMostFiles) {
@@ -410,21 +412,30 @@ class SkillReader {
                         "itself?",
                         kMostFiles));
       }
-      const fs::path path = skill_.file.parent_path() / file;
-      part.skill = SkillReader(path, readFile(path), {}, &skill_, *files_).read();
+      source = PartSource::fromFile(skill_.file.parent_path() / file);
+      part.skill =
+          SkillReader(source.file, source.text, skill_.disturbance, &skill_, *files_).read();
+      if (!source.learned.empty() && source.learned.size() != part.skill->parameters.size()) {
+        throw InputError(fmt::format("{}: {} numbers for {} parameters", file,
+                                     source.learned.size(), part.skill->parameters.size()));
+      }
     } catch (const InputError& e) {
       row.fail("file", fmt::format("\"file\": {}", e.what()));
       for (const std::string& name : set.names()) set.find(name);
       row.find("task");
       return part;
     }
-    for (const ParamSpec& p : part.skill->parameters) {
+    for (size_t i = 0; i < part.skill->parameters.size(); ++i) {
+      const ParamSpec& p = part.skill->parameters[i];
       const TomlValue* v = set.find(p.name);
-      part.parameters.push_back(v ? words_.expression(*v, scope) : fmt::format("({})", p.initial));
+      const double otherwise = source.learned.empty() ? p.initial : source.learned[i];
+      part.parameters.push_back(v ? words_.expression(*v, scope) : fmt::format("({})", otherwise));
     }
     set.finish();
-    part.task = row.has("task") ? words_.expression(row, "task", "0", scope)
-                                : fmt::format("({})", part.skill->task.initial);
+    part.task = words_.expression(row, "task", "", scope);
+    if (part.task.empty()) {
+      part.task = fmt::format("({})", source.task.value_or(part.skill->task.initial));
+    }
     return part;
   }
 

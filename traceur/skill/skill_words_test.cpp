@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "traceur/core/error.h"
+#include "traceur/core/run_file.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/skill/rollout.h"
 
@@ -406,6 +407,35 @@ TEST_F(Parts, ASkillMayStartWhereAnothersTrialEnds) {
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find("ended with \"low\""), std::string::npos) << e.what();
   }
+}
+
+TEST_F(Parts, ARunsBestTrialMayBeAPart) {
+  const std::string first = write("first.toml", part("first", 0.3)).string();
+  std::ifstream in(first);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  {
+    RunFile run = RunFile::create(folder / "first.run",
+                                  {{"skill_text", text}, {"skill_file", first}, {"task", "0.5"}});
+    const std::vector<TrialRow> trials = {{0, 0, 0.1, false, "low", {0.9}},
+                                          {0, 1, 0.3, false, "", {0.2}},
+                                          {0, 2, 0.2, false, "", {0.7}},
+                                          {0, 3, 0.0, true, "", {-0.5}}};
+    run.appendGeneration(0, trials, "", {});
+    RunFile::create(folder / "family.run",
+                    {{"skill_text", text}, {"skill_file", first}, {"tasks", "0:1:3"}});
+    RunFile::create(folder / "young.run", {{"skill_text", text}, {"skill_file", first}});
+  }
+  const auto with = [&](const std::string& file, const std::string& more) {
+    return Skill::fromFile(
+        write("chain.toml", chain("[[skill]]\nname = \"first\"\nfile = \"" + file + "\"\n" + more +
+                                  "[[skill]]\nname = \"second\"\nfile = \"first.toml\"\n")));
+  };
+  const auto whole = with("first.run", "");
+  EXPECT_EQ(whole->parts[0].parameters, std::vector<std::string>{"(0.7)"});  // feasible, and least
+  EXPECT_EQ(whole->parts[0].task, "(0.5)");
+  EXPECT_EQ(with("first.run", "task = 0.1\nparameters = { a = \"b\" }\n")->parts[0].parameters,
+            std::vector<std::string>{"b"});
+  for (const char* file : {"family.run", "young.run"}) EXPECT_THROW(with(file, ""), InputError);
 }
 
 TEST_F(Parts, APartThatFailsEndsTheTrialAndIsNamed) {
