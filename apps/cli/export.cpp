@@ -39,34 +39,79 @@ double valueOf(const LearnedSkill& l, const std::string& text) {
                                for (size_t i = 0; i < l.skill->parameters.size(); ++i) {
                                  if (l.skill->parameters[i].name == name) return &l.parameters[i];
                                }
+                               for (const auto& [constant, value] : l.skill->constants) {
+                                 if (constant == name) return &value;
+                               }
                                return nullptr;
                              })
       .value();
 }
 
+/// The value, or the expression where it is only known as the skill runs.
+Json said(const LearnedSkill& l, const std::string& text) {
+  try {
+    return valueOf(l, text);
+  } catch (const InputError&) {
+    return text;
+  }
+}
+
+Json said(const LearnedSkill& l, const skill::VectorText& v) {
+  return {said(l, v.x), said(l, v.y), said(l, v.z)};
+}
+
+Json toJson(const LearnedSkill& l, const skill::ForceTerm& f) {
+  const sim::Model& model = *l.skill->model;
+  Json points = Json::array();
+  for (const sim::BodyPoint& at : f.points) {
+    points.push_back(
+        {{"body", model.bodyName(at.body)}, {"at", {at.p_BP.x(), at.p_BP.y(), at.p_BP.z()}}});
+  }
+  Json j{{"force", said(l, f.force)},
+         {"moment", said(l, f.moment)},
+         {"frame", f.frame == skill::Frame::kWorld ? "world" : "cop to com"},
+         {"only_where_touching", f.touching}};
+  if (f.com) {
+    j["com"] = true;
+  } else {
+    j["points"] = points;
+  }
+  for (const sim::BodyId body : f.against) j["against"].push_back(model.bodyName(body));
+  return j;
+}
+
+Json toJson(const LearnedSkill& l, const std::vector<skill::GainFactor>& factors) {
+  Json j = Json::object();
+  for (const skill::GainFactor& f : factors) {
+    j[l.skill->model->joints()[f.joint].name] = said(l, f.factor);
+  }
+  return j;
+}
+
 Json namesOf(const std::vector<bool>& during, const Skill& skill) {
   Json names = Json::array();
+  const std::vector<std::string> phases = skill.phaseNames();
   for (size_t i = 0; i < during.size(); ++i) {
-    if (during[i]) names.push_back(skill.phases[i].name);
+    if (during[i]) names.push_back(phases[i]);
   }
   return names;
 }
 
-/// What a program needs to run the skill itself: every number but those of feedback and conditions
-/// is worked out.
-Json toJson(const LearnedSkill& l, const skill::Rollout& r) {
+bool exertsForces(const Skill& s) {
+  return std::any_of(s.phases.begin(), s.phases.end(),
+                     [](const skill::Phase& p) { return !p.forces.empty(); }) ||
+         std::any_of(s.parts.begin(), s.parts.end(),
+                     [](const skill::Part& p) { return exertsForces(*p.skill); });
+}
+
+/// What a program needs to run the skill itself: every number is worked out but what is only known
+/// as it runs.
+Json toJson(const LearnedSkill& l) {
   const Skill& s = *l.skill;
   const auto& joints = s.model->joints();
   control::StablePd pd = skill::controllerOf(s);
-  Json j{{"format", "traceur controller"},
-         {"version", 1},
-         {"skill", s.name},
-         {"robot", s.model->robot() ? s.model->robot()->name : ""},
-         {"units", "m, s, rad, N, N·m; world axes x forward, y left, z up"},
+  Json j{{"skill", s.name},
          {"task", {{"name", s.task.name}, {"unit", s.task.unit}, {"value", l.task}}},
-         {"achieved_in_simulation", numberOrNull(r.achieved)},
-         {"ended", r.ended},
-         {"time_step", s.model->timeStep()},
          {"horizon", s.horizon}};
   if (!s.stop.empty()) j["stop"] = s.stop;
   for (const skill::Failure& f : s.failures) {
@@ -84,13 +129,14 @@ Json toJson(const LearnedSkill& l, const skill::Rollout& r) {
     j["joints"][joints[i].name] = {{"start", start.q[at]},
                                    {"kp", pd.gains()[i].kp},
                                    {"kd", pd.gains()[i].kd},
+                                   {"ki", pd.gains()[i].ki},
                                    {"torque_limit", finite(limit.torque)},
                                    {"speed_limit", finite(limit.speed)},
                                    {"range", {finite(limit.min), finite(limit.max)}}};
   }
   for (size_t i = 0; i < s.phases.size(); ++i) {
     const skill::Phase& p = s.phases[i];
-    Json phase{{"name", p.name}, {"blend", valueOf(l, p.blend)}};
+    Json phase{{"name", p.name}, {"blend", said(l, p.blend)}};
     phase["others"] = p.from_previous ? "keep the target of the phase before" : "base";
     if (!p.from_previous) {
       for (size_t k = 0; k < joints.size(); ++k) {
@@ -99,17 +145,16 @@ Json toJson(const LearnedSkill& l, const skill::Rollout& r) {
     }
     phase["targets"] = Json::object();
     for (const skill::JointValue& v : p.targets) {
-      phase["targets"][joints[v.joint].name] = v.sign * valueOf(l, v.expression);
+      const Json target = said(l, v.expression);
+      phase["targets"][joints[v.joint].name] =
+          target.is_number() ? Json(v.sign * target.get<double>())
+                             : Json(fmt::format("{:g} * ({})", v.sign, v.expression));
     }
-    for (const skill::ForceTerm& f : p.forces) {
-      for (const sim::BodyPoint& at : f.points) {
-        phase["virtual_forces"].push_back(
-            {{"body", s.model->bodyName(at.body)},
-             {"at", {at.p_BP.x(), at.p_BP.y(), at.p_BP.z()}},
-             {"force", {valueOf(l, f.force.x), valueOf(l, f.force.y), valueOf(l, f.force.z)}},
-             {"within_motor_limits", p.limited}});
-      }
-    }
+    if (!p.stiffness.empty()) phase["stiffness"] = toJson(l, p.stiffness);
+    if (!p.damping.empty()) phase["damping"] = toJson(l, p.damping);
+    if (p.reach) phase["targets_from_goals_in_space"] = true;
+    for (const skill::ForceTerm& f : p.forces) phase["virtual_forces"].push_back(toJson(l, f));
+    if (!p.forces.empty()) phase["within_motor_limits"] = p.limited;
     if (!p.until.empty()) {
       phase["until"] = p.until;
       const auto next = static_cast<size_t>(p.next);
@@ -124,6 +169,16 @@ Json toJson(const LearnedSkill& l, const skill::Rollout& r) {
       term["add"][joints[v.joint].name] = {{"sign", v.sign}, {"expression", v.expression}};
     }
     j["feedback"].push_back(std::move(term));
+  }
+  for (const skill::Part& part : s.parts) {
+    LearnedSkill one{part.skill, valueOf(l, part.task), Eigen::VectorXd(part.parameters.size())};
+    for (size_t i = 0; i < part.parameters.size(); ++i) {
+      one.parameters[static_cast<Eigen::Index>(i)] = valueOf(l, part.parameters[i]);
+    }
+    Json each = toJson(one);
+    each["name"] = part.name;
+    if (!part.until.empty()) each["until"] = part.until;
+    j["parts"].push_back(std::move(each));
   }
   return j;
 }
@@ -161,17 +216,18 @@ int exportRun(const Arguments& a) {
     csv += "," + csvField(fmt::format("{} [{}]", j.name, j.slides ? "m" : "rad"));
   }
   csv += '\n';
+  const std::vector<std::string> phases = s.phaseNames();
   int step = 0;
   int rows = 0;
-  const skill::Rollout r = skill::Runner(l.skill).run(
-      l.parameters, l.task, nullptr,
-      [&](double time, int phase, const control::JointTarget& target) {
-        if (step++ % every != 0) return;
-        ++rows;
-        csv += fmt::format("{:.6g},{}", time, csvField(s.phases[phase].name));
-        for (const double q : target.q) csv += fmt::format(",{:.6g}", q);
-        csv += '\n';
-      });
+  const skill::Rollout r =
+      skill::Runner(l.skill).run(l.parameters, l.task, nullptr,
+                                 [&](double time, int phase, const control::JointTarget& target) {
+                                   if (step++ % every != 0) return;
+                                   ++rows;
+                                   csv += fmt::format("{:.6g},{}", time, csvField(phases[phase]));
+                                   for (const double q : target.q) csv += fmt::format(",{:.6g}", q);
+                                   csv += '\n';
+                                 });
   const std::string stem =
       a.out.empty() ? beside(a.run, fmt::format("-{:g}", l.task)).string() : a.out;
   const std::string table = stem + "-targets.csv";
@@ -180,9 +236,16 @@ int exportRun(const Arguments& a) {
     makeFolder(folder);
   }
   write(table, csv);
-  write(controller, jsonText(toJson(l, r)) + "\n");
-  const bool forces = std::any_of(s.phases.begin(), s.phases.end(),
-                                  [](const skill::Phase& p) { return !p.forces.empty(); });
+  Json whole{{"format", "traceur controller"},
+             {"version", 2},
+             {"robot", s.model->robot() ? s.model->robot()->name : ""},
+             {"units", "m, s, rad, N, N·m; world axes x forward, y left, z up"},
+             {"time_step", s.model->timeStep()},
+             {"achieved_in_simulation", numberOrNull(r.achieved)},
+             {"ended", r.ended}};
+  whole.update(toJson(l));
+  write(controller, jsonText(whole) + "\n");
+  const bool forces = exertsForces(s);
   const skill::Task& t = s.task;
   const std::optional<bool> reached = practice::reached(t, l.task, r);
   if (a.json) {

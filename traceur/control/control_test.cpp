@@ -420,6 +420,11 @@ TEST(Signals, HaveUnits) {
       {"joint_velocity.l_shin", "rad/s"},
       {"contact.feet", ""},
       {"contact_force.feet", "N"},
+      {"impulse.feet", "N·s"},
+      {"torque.l_shin", "N·m"},
+      {"joint.thigh", "rad"},
+      {"point.left_toe.x", "m"},
+      {"attitude.torso.yaw", "rad"},
       {"body.tail.z", ""},
       {"2 * com.z", ""}};
   for (const auto& [name, unit] : units) EXPECT_EQ(signals.unitOf(name), unit) << name;
