@@ -16,6 +16,20 @@ using skill::Measure;
 using skill::Rollout;
 using skill::Skill;
 
+namespace {
+
+/// As the file says, or else as the signal has it.
+std::string unitOf(const Measure& m, const control::Signals& signals) {
+  if (!m.unit.empty()) return m.unit;
+  std::string unit = signals.unitOf(m.of);
+  if (m.take != Measure::Take::kIntegral) return unit;
+  if (m.of == "1") return "s";
+  if (!unit.empty()) unit += "·s";
+  return unit;
+}
+
+}  // namespace
+
 std::optional<bool> reached(const skill::Task& task, double asked, const Rollout& r) {
   if (task.achieved.empty()) return std::nullopt;
   return !r.failed() && std::abs(r.achieved - asked) <= task.tolerance;
@@ -34,11 +48,7 @@ std::vector<Quantity> measuresOf(const Skill& skill, const Rollout& r) {
   std::vector<Quantity> all;
   for (size_t i = 0; i < skill.measures.size(); ++i) {
     const Measure& m = skill.measures[i];
-    std::string unit = signals.unitOf(m.of);
-    if (m.take == Measure::Take::kIntegral) {
-      unit = m.of == "1" ? "s" : unit.empty() ? "" : unit + "·s";
-    }
-    all.push_back({m.name, r.measures[i], unit});
+    all.push_back({m.name, r.measures[i], unitOf(m, signals)});
   }
   return all;
 }

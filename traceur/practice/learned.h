@@ -16,8 +16,8 @@ namespace traceur::practice {
 /// task's tolerance. None for a skill that does not say what a trial achieved.
 std::optional<bool> reached(const skill::Task& task, double asked, const skill::Rollout& r);
 
-/// The terms of a trial's cost, and its measures with their units as far as they are known: of a
-/// measure that is one signal alone, or 1.
+/// The terms of a trial's cost, and its measures with their units as far as they are known: the file
+/// says them, or the measure is one signal alone, or 1.
 std::vector<Quantity> objectivesOf(const skill::Skill& skill, const skill::Rollout& r);
 std::vector<Quantity> measuresOf(const skill::Skill& skill, const skill::Rollout& r);
 

@@ -424,11 +424,12 @@ TEST(Measures, HaveTheUnitsOfTheirSignals) {
                              "way = { of = \"com_velocity.x\", take = \"integral\" }\n"
                              "lasted = { of = \"1\", take = \"integral\" }\n"
                              "twice = { of = \"2 * com.z\", take = \"max\" }\n"
+                             "said = { of = \"2 * com.z\", take = \"integral\", unit = \"m·s\" }\n"
                              "touching = { of = \"contact.feet\", take = \"max\" }");
   const skill::Rollout r = LearnedSkill{skill, 0.1, skill->initialParameters()}.perform();
   std::vector<std::string> units;
   for (const Quantity& q : measuresOf(*skill, r)) units.push_back(q.unit);
-  EXPECT_EQ(units, (std::vector<std::string>{"rad", "rad", "m/s", "m/s·s", "s", "", ""}));
+  EXPECT_EQ(units, (std::vector<std::string>{"rad", "rad", "m/s", "m/s·s", "s", "", "m·s", ""}));
   EXPECT_EQ(measuresOf(*skill, r)[1].value, r.measures[1]);
 }
 

@@ -40,6 +40,7 @@ std::vector<optim::Trial> experienceOf(const std::string& file, const optim::Pro
   std::vector<optim::Trial> trials = run.trials();
   for (optim::Trial& t : trials) {
     std::vector<bool> violated;
+    violated.reserve(place.size());
     for (const size_t i : place) violated.push_back(t.evaluation.violated[i]);
     t.evaluation.violated = std::move(violated);
   }

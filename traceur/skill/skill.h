@@ -115,7 +115,8 @@ struct Feedback {
 struct Measure {
   enum class Take { kFirst, kLast, kMin, kMax, kMean, kIntegral };
   std::string name;
-  std::string of;  ///< expression over signals
+  std::string unit;  ///< as printed; empty: not said, a signal's own is known
+  std::string of;    ///< expression over signals
   Take take = Take::kLast;
   /// The value in a trial in which `of` was never a number while it was looked at.
   double otherwise = std::numeric_limits<double>::quiet_NaN();

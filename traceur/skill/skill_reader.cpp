@@ -627,6 +627,7 @@ class SkillReader {
       Measure m;
       m.name = name;
       m.of = words_.expression(row, "of", "", Scope::kRunning);
+      m.unit = row.string("unit", "");
       if (m.of.empty()) row.fail("of", fmt::format("measure \"{}\": \"of\" is missing", name));
       const std::string take = row.string("take");
       const auto it = std::find(kTakes.begin(), kTakes.end(), take);
