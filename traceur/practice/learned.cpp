@@ -76,6 +76,8 @@ std::uint64_t partsOf(const Skill& skill) {
   Hash hash;
   const auto add = [&](const skill::Part& part) {
     hash.add(part.skill->text);
+    for (const std::string& value : part.parameters) hash.add(value + "\n");  // some are a run's
+    hash.add(part.task);
     hash.add(fmt::format("{:016x}", partsOf(*part.skill)));
   };
   for (const skill::Part& part : skill.parts) add(part);

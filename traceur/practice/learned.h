@@ -16,8 +16,8 @@ namespace traceur::practice {
 /// task's tolerance. None for a skill that does not say what a trial achieved.
 std::optional<bool> reached(const skill::Task& task, double asked, const skill::Rollout& r);
 
-/// The terms of a trial's cost, and its measures with their units as far as they are known: the file
-/// says them, or the measure is one signal alone, or 1.
+/// The terms of a trial's cost, and its measures with their units as far as they are known: the
+/// file says them, or the measure is one signal alone, or 1.
 std::vector<Quantity> objectivesOf(const skill::Skill& skill, const skill::Rollout& r);
 std::vector<Quantity> measuresOf(const skill::Skill& skill, const skill::Rollout& r);
 
@@ -41,7 +41,8 @@ struct LearnedFamily {
   LearnedSkill at(double task) const;
 };
 
-/// A fingerprint of the texts of the skills that a skill is made of or starts after; 0 for none.
+/// A fingerprint of the skills that a skill is made of or starts after, and of the numbers they are
+/// given; 0 for none.
 std::uint64_t partsOf(const skill::Skill& skill);
 
 /// The skill a run has practised, on the robot it has practised with.

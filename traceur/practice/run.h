@@ -1,5 +1,6 @@
 // A run: a search and what it found, on disk. What the rows of a run file's meta say is written and
-// read here and nowhere else; the tables stand in traceur/core/run_file.h.
+// read here; but for skill/part_source.cpp, where a run's best trial is a part of another skill.
+// The tables stand in traceur/core/run_file.h.
 #pragma once
 
 #include <cstdint>
