@@ -407,26 +407,25 @@ TEST(Signals, ReadWhatTheSnapshotSays) {
 
 TEST(Signals, HaveUnits) {
   const Signals signals(bioloid());
-  const std::pair<const char*, const char*> units[] = {
-      {"time", "s"},
-      {"com.z", "m"},
-      {"com_velocity.x", "m/s"},
-      {"angular_momentum.y", "kg·m²/s"},
-      {"cop.x", "m"},
-      {"root.pitch", "rad"},
-      {"body.torso.z", "m"},
-      {"body_velocity.torso.z", "m/s"},
-      {"joint.l_shin", "rad"},
-      {"joint_velocity.l_shin", "rad/s"},
-      {"contact.feet", ""},
-      {"contact_force.feet", "N"},
-      {"impulse.feet", "N·s"},
-      {"torque.l_shin", "N·m"},
-      {"joint.thigh", "rad"},
-      {"point.left_toe.x", "m"},
-      {"attitude.torso.yaw", "rad"},
-      {"body.tail.z", ""},
-      {"2 * com.z", ""}};
+  const std::pair<const char*, const char*> units[] = {{"time", "s"},
+                                                       {"com.z", "m"},
+                                                       {"com_velocity.x", "m/s"},
+                                                       {"angular_momentum.y", "kg·m²/s"},
+                                                       {"cop.x", "m"},
+                                                       {"root.pitch", "rad"},
+                                                       {"body.torso.z", "m"},
+                                                       {"body_velocity.torso.z", "m/s"},
+                                                       {"joint.l_shin", "rad"},
+                                                       {"joint_velocity.l_shin", "rad/s"},
+                                                       {"contact.feet", ""},
+                                                       {"contact_force.feet", "N"},
+                                                       {"impulse.feet", "N·s"},
+                                                       {"torque.l_shin", "N·m"},
+                                                       {"joint.thigh", "rad"},
+                                                       {"point.left_toe.x", "m"},
+                                                       {"attitude.torso.yaw", "rad"},
+                                                       {"body.tail.z", ""},
+                                                       {"2 * com.z", ""}};
   for (const auto& [name, unit] : units) EXPECT_EQ(signals.unitOf(name), unit) << name;
 }
 
