@@ -36,8 +36,8 @@ struct Load {
   Vector3d com() const { return moment / mass; }
 };
 
-sim::JointGain gainOf(const Snapshot& s, const Model& model, const Joint& joint,
-                      const std::vector<BodyId>& feet) {
+double stiffnessOf(const Snapshot& s, const Model& model, const Joint& joint,
+                   const std::vector<BodyId>& feet) {
   const BodyId moved = model.bodyOf(joint);
   const auto outward_feet = std::count_if(feet.begin(), feet.end(),
                                           [&](BodyId foot) { return model.hangsOn(foot, moved); });
@@ -55,7 +55,7 @@ sim::JointGain gainOf(const Snapshot& s, const Model& model, const Joint& joint,
         stands_on_it ? static_cast<double>(feet.size()) / static_cast<double>(outward_feet) : 1;
     kp = std::max(kp, kStiffness * load.mass * model.gravity() * d / legs);
   }
-  return {kp, kp * kDampingTime};
+  return kp;
 }
 
 /// What bends a leg in the sagittal plane.
@@ -143,17 +143,19 @@ std::vector<sim::JointGain> gainsByPhysics(const sim::World& world, const Mirror
                                            const Anatomy& anatomy, double factor) {
   const Model& model = world.model();
   const std::vector<BodyId> feet = feetOf(model, anatomy);
-  std::map<std::string, sim::JointGain> gains;
-  for (const Joint& j : model.joints()) gains[j.name] = gainOf(world.snapshot(), model, j, feet);
+  std::map<std::string, double> stiffness;
+  for (const Joint& j : model.joints()) {
+    stiffness[j.name] = stiffnessOf(world.snapshot(), model, j, feet);
+  }
   for (const auto& [name, pair] : mirroring.pairs) {
-    sim::JointGain& left = gains[pair.left];
-    sim::JointGain& right = gains[pair.right];
-    left = right = left.kp > right.kp ? left : right;
+    double& left = stiffness[pair.left];
+    double& right = stiffness[pair.right];
+    left = right = std::max(left, right);
   }
   std::vector<sim::JointGain> in_order;
   for (const Joint& j : model.joints()) {
-    const sim::JointGain& gain = gains[j.name];
-    in_order.push_back({rounded(factor * gain.kp), rounded(factor * gain.kd)});
+    const double kp = rounded(factor * stiffness[j.name]);
+    in_order.push_back({kp, rounded(kp * kDampingTime)});
   }
   return in_order;
 }
