@@ -280,7 +280,7 @@ int fit(const Arguments& a) {
     logs.push_back(bias::readLog(file, bias::bongoLogFormat()));
   }
   bias::BongoBoard model(o.board);
-  const VectorXd noise = bias::readingNoise(logs, model, bias::bongoKeeps);
+  const VectorXd noise = bias::readingNoise(logs, model, bias::bongoKeeps(o.board));
   const bias::BiasOptions options = bias::bongoBias(o.method, noise);
   std::vector<bias::BiasSample> train, test;
   bias::BongoSamples all;

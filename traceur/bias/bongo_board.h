@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "traceur/core/gravity.h"
 #include "traceur/core/plant.h"
 
 namespace traceur::bias {
@@ -13,7 +14,7 @@ using Eigen::VectorXd;
 /// stays parallel to the board, so that one angle moves both. The paper prints no numbers; these
 /// are the ones its experiments ran with.
 struct BongoParameters {
-  double gravity = 9.81;       ///< [m/s²]
+  double gravity = kGravity;   ///< [m/s²]
   double wheel_radius = 0.05;  ///< [m]
   double wheel_density = 200;  ///< of the disc [kg/m²]
   double board_mass = 2;       ///< [kg]

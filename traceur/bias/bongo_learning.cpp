@@ -209,7 +209,7 @@ BiasOptions bongoBias(BongoMethod method, const VectorXd& noise) {
 BiasOptions bongoBias(BongoMethod method, const std::vector<RunLog>& logs,
                       const BongoParameters& board) {
   BongoBoard model(board);
-  return bongoBias(method, readingNoise(logs, model, bongoKeeps));
+  return bongoBias(method, readingNoise(logs, model, bongoKeeps(board)));
 }
 
 const std::array<BongoFilter, 7>& bongoFilters() {
@@ -225,11 +225,11 @@ const std::array<BongoFilter, 7>& bongoFilters() {
   return kFilters;
 }
 
-int bongoFilter(const VectorXd& x) {
+int bongoFilter(const BongoParameters& board, const VectorXd& x) {
   const auto above = [&](int filter, double value) {
     return !(std::abs(value) <= bongoFilters()[filter].threshold);
   };
-  if (!(boardHeight({}, x) >= bongoFilters()[0].threshold)) return 0;
+  if (!(boardHeight(board, x) >= bongoFilters()[0].threshold)) return 0;
   if (above(2, x.head<3>().lpNorm<1>())) return 2;
   if (above(3, x[0] + x[1] + x[2])) return 3;
   if (above(4, x[0] + x[1])) return 4;
@@ -237,8 +237,8 @@ int bongoFilter(const VectorXd& x) {
   return -1;
 }
 
-bool bongoKeeps(const VectorXd& x) {
-  return bongoFilter(x) < 0;
+std::function<bool(const VectorXd& x)> bongoKeeps(const BongoParameters& board) {
+  return [board](const VectorXd& x) { return bongoFilter(board, x) < 0; };
 }
 
 BongoSamples bongoSamples(const std::vector<RunLog>& logs, const BongoParameters& board,
@@ -247,10 +247,10 @@ BongoSamples bongoSamples(const std::vector<RunLog>& logs, const BongoParameters
   BongoBoard model(board);
   for (const RunLog& log : logs) {
     std::vector<LeftOut> left_out;
-    const auto kept = samplesOf(log, model, options, bongoKeeps, &left_out);
+    const auto kept = samplesOf(log, model, options, bongoKeeps(board), &left_out);
     samples.kept.insert(samples.kept.end(), kept.begin(), kept.end());
     for (const LeftOut& l : left_out) {
-      const int filter = l.outlier ? 6 : bongoFilter(log.x.col(l.reading));
+      const int filter = l.outlier ? 6 : bongoFilter(board, log.x.col(l.reading));
       ++samples.left_out[filter];
     }
   }
@@ -262,10 +262,10 @@ ModelLearner bongoLearner(const BongoLearning& o) {
   const auto nominal = [board] { return std::make_unique<BongoBoard>(board); };
   const BiasOptions options = bongoBias(o.method);
   // The models with the noise that the logs show, drawn anew in each iteration.
-  const auto noisy = [nominal, seed = o.seed](const std::vector<RunLog>& logs, int iteration,
-                                              LearnedModels models) {
+  const auto noisy = [nominal, board, seed = o.seed](const std::vector<RunLog>& logs, int iteration,
+                                                     LearnedModels models) {
     BongoBoard model = *nominal();
-    const VectorXd noise = readingNoise(logs, model, bongoKeeps);
+    const VectorXd noise = readingNoise(logs, model, bongoKeeps(board));
     if (noise.isZero()) return models;
     models.by_chance = bongoBias(BongoMethod::kBias, noise).noise.size() > 0;
     Random random(seed, kNoise, static_cast<std::uint64_t>(iteration));
@@ -278,15 +278,16 @@ ModelLearner bongoLearner(const BongoLearning& o) {
     case BongoMethod::kBias:
       return [noisy, nominal, board](const std::vector<RunLog>& logs, int iteration) {
         const BiasOptions here = bongoBias(BongoMethod::kBias, logs, board);
-        return noisy(logs, iteration, biasLearner(nominal, here, bongoKeeps)(logs, iteration));
+        return noisy(logs, iteration,
+                     biasLearner(nominal, here, bongoKeeps(board))(logs, iteration));
       };
     case BongoMethod::kPublished:
-      return biasLearner(nominal, options, bongoKeeps);
+      return biasLearner(nominal, options, bongoKeeps(board));
     case BongoMethod::kIdentify:
       return [noisy, board, options](const std::vector<RunLog>& logs, int iteration) {
         LearnedModels models;
-        models.plants.push_back(
-            std::make_unique<FaultyBongoBoard>(board, identify(logs, board, options, bongoKeeps)));
+        models.plants.push_back(std::make_unique<FaultyBongoBoard>(
+            board, identify(logs, board, options, bongoKeeps(board))));
         return noisy(logs, iteration, std::move(models));
       };
     case BongoMethod::kRandomise:

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <string_view>
@@ -117,9 +118,9 @@ struct BongoFilter {
 /// 7 needs the reading before and is left to BiasOptions::outlier.
 const std::array<BongoFilter, 7>& bongoFilters();
 /// The first filter, as an index, that is against a reading; -1 for none of 1 to 6.
-int bongoFilter(const VectorXd& x);
+int bongoFilter(const BongoParameters& board, const VectorXd& x);
 /// Whether a reading is of use to learn from: no filter is against it.
-bool bongoKeeps(const VectorXd& x);
+std::function<bool(const VectorXd& x)> bongoKeeps(const BongoParameters& board);
 
 /// What can be learned from logs, and how many samples each filter is against.
 struct BongoSamples {

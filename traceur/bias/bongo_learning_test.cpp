@@ -374,8 +374,8 @@ TEST(BongoLearning, ARunThatWasCutShortDidNotSucceed) {
 TEST(BongoLearning, EveryFilterIsToldByName) {
   const auto name_of = [](std::initializer_list<double> values) {
     const VectorXd x = Eigen::Map<const VectorXd>(values.begin(), 6);
-    const int filter = bongoFilter(x);
-    EXPECT_EQ(bongoKeeps(x), filter < 0);
+    const int filter = bongoFilter({}, x);
+    EXPECT_EQ(bongoKeeps({})(x), filter < 0);
     return filter < 0 ? std::string_view() : bongoFilters()[filter].name;
   };
   EXPECT_EQ(name_of({0, 0, 0, 0, 0, 0}), "");
@@ -387,13 +387,20 @@ TEST(BongoLearning, EveryFilterIsToldByName) {
   EXPECT_EQ(name_of({0, 0, 0, 4, 3, 0}), "rate");
   EXPECT_NE(name_of({NAN, 0, 0, 0, 0, 0}), "");
   EXPECT_TRUE(std::isnan(bongoFilters()[1].threshold));  // not judged
+  // A board on a larger wheel leans further before it is on the ground.
+  BongoParameters high;
+  high.wheel_radius *= 1.5;
+  VectorXd leaning = VectorXd::Zero(6);
+  leaning[1] = 0.36;
+  EXPECT_EQ(bongoFilter({}, leaning), 0);
+  EXPECT_NE(bongoFilter(high, leaning), 0);
   // What is at a threshold is kept; left is as right.
   const auto both = [&](std::initializer_list<double> values, const std::string& name) {
     std::vector<double> mirrored;
     for (const double x : values) mirrored.push_back(-x);
     EXPECT_EQ(name_of(values), name);
-    EXPECT_EQ(bongoFilter(Eigen::Map<const VectorXd>(mirrored.data(), 6)),
-              bongoFilter(Eigen::Map<const VectorXd>(values.begin(), 6)));
+    EXPECT_EQ(bongoFilter({}, Eigen::Map<const VectorXd>(mirrored.data(), 6)),
+              bongoFilter({}, Eigen::Map<const VectorXd>(values.begin(), 6)));
   };
   both({2.125, -2.125, 0.25, 0, 0, 0}, "");
   both({2.125, -2.125, 0.251, 0, 0, 0}, "distance");
@@ -467,7 +474,7 @@ TEST(BongoLearning, EveryMethodsModelsAreWhatItSays) {
     log.x.conservativeResize(Eigen::NoChange, std::min<Eigen::Index>(log.x.cols(), 1001));
     log.u.conservativeResize(Eigen::NoChange, log.x.cols() - 1);
     const std::vector<RunLog> logs = {log};
-    const VectorXd noise = readingNoise(logs, board, bongoKeeps);
+    const VectorXd noise = readingNoise(logs, board, bongoKeeps({}));
     for (const int iteration : {0, 2}) {
       const auto model = [&](BongoMethod method) {
         BongoLearning o;
@@ -485,13 +492,13 @@ TEST(BongoLearning, EveryMethodsModelsAreWhatItSays) {
       };
       EXPECT_EQ(model(BongoMethod::kNone), moved(board));
       LearnedModels published =
-          biasLearner(nominal, bongoBias(BongoMethod::kPublished), bongoKeeps)(logs, 0);
+          biasLearner(nominal, bongoBias(BongoMethod::kPublished), bongoKeeps({}))(logs, 0);
       EXPECT_EQ(model(BongoMethod::kPublished), moved(*published.plants[0]));
       LearnedModels bias =
-          biasLearner(nominal, bongoBias(BongoMethod::kBias, noise), bongoKeeps)(logs, 0);
+          biasLearner(nominal, bongoBias(BongoMethod::kBias, noise), bongoKeeps({}))(logs, 0);
       EXPECT_EQ(model(BongoMethod::kBias), noisy(std::move(bias.plants[0])));
       const BongoModelFaults faults =
-          identify(logs, {}, bongoBias(BongoMethod::kIdentify), bongoKeeps);
+          identify(logs, {}, bongoBias(BongoMethod::kIdentify), bongoKeeps({}));
       EXPECT_EQ(model(BongoMethod::kIdentify),
                 noisy(std::make_unique<FaultyBongoBoard>(BongoParameters(), faults)));
     }
@@ -534,11 +541,11 @@ TEST(BongoLearning, AHeavierMachineIsToldThroughTheStrongestNoise) {
   const auto models = bongoLearner({})(logs, 1);
   EXPECT_TRUE(models.by_chance);
   BongoBoard board;
-  const VectorXd noise = readingNoise(logs, board, bongoKeeps);
+  const VectorXd noise = readingNoise(logs, board, bongoKeeps({}));
   const BiasOptions o = bongoBias(BongoMethod::kBias, noise);
   std::vector<BiasSample> samples;
   for (const RunLog& log : logs) {
-    const auto seen = samplesOf(log, board, o, bongoKeeps);
+    const auto seen = samplesOf(log, board, o, bongoKeeps({}));
     samples.insert(samples.end(), seen.begin(), seen.end());
   }
   const DynamicsBias bias(spread(samples, o), o);

@@ -177,12 +177,13 @@ TEST(FaultyBongoBoard, FaultsAreIdentifiedFromLogs) {
   logs[0].x.col(80).setConstant(NAN);   // the first of the third window
   logs[1].x.col(130).setConstant(NAN);  // within one
   logs[1].x.col(30).setConstant(NAN);   // between two
-  const BongoModelFaults found = identify(logs, {}, bongoBias(BongoMethod::kIdentify), bongoKeeps);
+  const BongoModelFaults found =
+      identify(logs, {}, bongoBias(BongoMethod::kIdentify), bongoKeeps({}));
   EXPECT_NEAR(found.inertia_scale, faults.inertia_scale, 0.03);
   EXPECT_NEAR(found.delay, faults.delay, 0.0005);
   EXPECT_NEAR(found.coulomb_friction, faults.coulomb_friction, 0.3);
   EXPECT_NEAR(found.com_offset, faults.com_offset, 0.0005);
-  EXPECT_EQ(identify({}, {}, bongoBias(BongoMethod::kIdentify), bongoKeeps).delay, 0);
+  EXPECT_EQ(identify({}, {}, bongoBias(BongoMethod::kIdentify), bongoKeeps({})).delay, 0);
 }
 
 TEST(FaultyBongoBoard, FaultsAreLookedForWithinTheirBounds) {

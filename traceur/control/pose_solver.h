@@ -22,7 +22,7 @@ struct Place {
   void jacobian(const sim::Snapshot& s, Eigen::Ref<sim::Matrix3Xd> J) const;
 };
 
-/// What a pose should come to. One of three kinds, by what is given.
+/// What a pose should come to: each of these that is given.
 struct PoseGoal {
   Place of;
   Place from = {};  ///< what `of` is seen from, along world axes
@@ -39,10 +39,10 @@ struct PoseGoal {
 ///     argmin_q  Σ w |e(q)|² + ε |q_J − q̂_J|² + ε |root − root₀|²,   q_J within the joints' limits
 ///
 /// e the goals' errors, q_J the joints that may move, q̂ the wanted angles, ε = 10⁻⁶, small enough
-/// that a goal which can be met is met to a tenth of a millimetre [ours]. Where the robot floats, its
-/// root moves too: with the soles among the goals, the pose is one that stands on them. By damped
-/// Gauss-Newton steps with bounds [Levenberg1944]; goals that cannot be met all are missed by
-/// least squares.
+/// that a goal which can be met is met to a tenth of a millimetre [ours]. Where the robot floats,
+/// its root moves too: with the soles among the goals, the pose is one that stands on them. By
+/// damped Gauss-Newton steps with bounds [Levenberg1944]; goals that cannot be met all are missed
+/// by least squares.
 class PoseSolver {
  public:
   /// @param joints  that may move, by index in model->joints(); each once

@@ -58,18 +58,6 @@ bool mayBe(const auto& read) {
   }
 }
 
-/// Roll, pitch, yaw of R = Rz(yaw) Ry(pitch) Rx(roll).
-double attitude(const Eigen::Matrix3d& R, int axis) {
-  switch (axis) {
-    case 0:
-      return std::atan2(R(2, 1), R(2, 2));
-    case 1:
-      return std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
-    default:
-      return std::atan2(R(1, 0), R(0, 0));
-  }
-}
-
 /// 1 or -1 when side b or a of a contact, and not the other, is in bodies; 0 for neither, for both
 /// and inside the robot.
 int sideIn(const sim::Model& model, const std::vector<bool>& bodies, const sim::Contact& c) {
@@ -293,7 +281,7 @@ Signals::Reader Signals::reader(const std::string& name) const {
       const auto named = after(*body, "attitude.");
       if (*body != "root" && !named) continue;
       return [axis, id = named ? model_->body(*named) : model_->root()](const Snapshot& s) {
-        return attitude(s.bodyRotation(id), axis);
+        return sim::rpyOf(s.bodyRotation(id))[axis];
       };
     }
     if (const auto part = component(name)) return vectorReader(part->name, part->axis);

@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "traceur/core/gravity.h"
+
 namespace traceur::fall {
 
 using Eigen::Vector2d;
@@ -20,7 +22,7 @@ enum class PostImpact {
 struct PendulumModel {
   double mass = 0;        ///< [kg]
   double inertia = 0;     ///< of the body about its COM, of the pose the fall begins in [kg·m²]
-  double gravity = 9.81;  ///< [m/s²]
+  double gravity = kGravity;  ///< [m/s²]
   double step = 0.001;    ///< of the integration [s]
   PostImpact post_impact = PostImpact::kComVelocity;
   /// The author's published trace was made with the opposite sign of the Coriolis term; only for

@@ -34,7 +34,7 @@ struct FallProblem {
   ReachTables reach;
   std::vector<std::vector<double>> first_angle;  ///< θ̂₂ of the stance, by node and edge [rad]
   /// Least and greatest r₁ among the random poses, by node [m]; a rod is planned for within, give
-  /// or take a twentieth. Empty: no bounds.
+  /// or take a twentieth. Empty: no bounds, and no value table.
   std::vector<std::pair<double, double>> lengths;
   double rod_speed = 0;       ///< largest |ṙ₁| [m/s]
   double stopper_speed = 0;   ///< largest |θ̇₂| [rad/s]

@@ -1,6 +1,7 @@
 #include "traceur/fall/value_table.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -23,6 +24,7 @@ double flat(const FallProblem& problem, double r) {
 }  // namespace
 
 void ValueTable::layOut(const FallProblem& problem) {
+  assert(!problem.lengths.empty());
   const size_t each = static_cast<size_t>(grid_.times) * grid_.angles * grid_.lengths * grid_.rates;
   values_.resize(each * problem.graph.nodes.size());
   for (size_t node = 0; node < problem.graph.nodes.size(); ++node) {

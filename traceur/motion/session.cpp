@@ -9,7 +9,7 @@ namespace {
 
 int inSteps(double time, double dt) {
   static constexpr double kMost = 1e9;
-  return static_cast<int>(std::lround(std::min(time / dt, kMost)));
+  return static_cast<int>(std::lround(std::clamp(time / dt, -kMost, kMost)));
 }
 
 std::span<const double> numbers(const Eigen::Ref<const Eigen::VectorXd>& x) {
@@ -73,6 +73,7 @@ void Session::begin(const sim::State& start, const TrialOptions& options) {
 void Session::begin(const Ending& start, const TrialOptions& options) {
   prepare(options);
   world_->restore(start.world);
+  world_->endPushes();
   actuation_->begin(start.integral);
   command_.target = start.target;
   torque_.tau = world_->snapshot().torque();
@@ -82,6 +83,7 @@ void Session::begin(const Ending& start, const TrialOptions& options) {
 }
 
 void Session::start() {
+  began_ = world_->snapshot().time();
   if (options_.recording) {
     peaks_.setZero(world_->model().bodies());
     options_.recording->mjcf = world_->model().mjcf();
@@ -153,6 +155,7 @@ void Session::record(bool due) {
   if (!due) return;
   options_.recording->frames.push_back(sim::frameOf(s, controller_->phase(), torque_.tau));
   options_.recording->frames.back().joint_forces = peaks_;
+  options_.recording->frames.back().state.time -= began_;
   peaks_.setZero();
 }
 
@@ -171,7 +174,8 @@ void Session::push(const Moment& m) {
   const auto begins = [&](const Push& p) { return inSteps(p.start, dt); };
   const auto ends = [&](const Push& p) { return begins(p) + inSteps(p.duration, dt); };
   for (const Push& changed : options_.pushes) {
-    if (m.step != begins(changed) && m.step != ends(changed)) continue;
+    const bool first = m.step == 0 && begins(changed) < 0 && ends(changed) > 0;
+    if (!first && m.step != begins(changed) && m.step != ends(changed)) continue;
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     Eigen::Vector3d moment = Eigen::Vector3d::Zero();
     for (const Push& p : options_.pushes) {

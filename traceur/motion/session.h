@@ -38,6 +38,7 @@ struct TrialOptions {
 };
 
 /// Where a trial begins that goes on from another one, with the bits of one that was never parted.
+/// Pushes end with their trial.
 struct Ending {
   sim::Checkpoint world;
   control::JointTarget target;        ///< what the joints were told last
@@ -98,6 +99,7 @@ class Session {
   std::vector<Observer*> observers_;
   TrialOptions options_;
   Trial trial_;
+  double began_ = 0;  // in the world's time [s]
   int step_ = 0;
   int steps_ = 0;  // of the horizon
   bool ended_ = true;

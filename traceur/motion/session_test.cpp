@@ -156,6 +156,28 @@ TEST(Session, ATrialThatGoesOnHasTheBitsOfOneThatWasNeverParted) {
   EXPECT_EQ(second->session.run(at(0.2), late).end.q, end.q);
 }
 
+TEST(Session, APushEndsWithItsTrialAndMayHaveBegunBefore) {
+  Bench b;
+  const auto push = [](double start, double duration) {
+    return Push{
+        .body = rod()->body("rod"), .moment = {0, 50, 0}, .start = start, .duration = duration};
+  };
+  b.session.run(at(0), {.horizon = 0.2, .pushes = {push(0.1, 1)}});
+  const Ending ending = b.session.ending();
+  Bench still;
+  still.session.run(at(0), {.horizon = 0.2, .pushes = {push(0.1, 0.1)}});
+  const Ending same = still.session.ending();
+  const sim::State on = b.session.run(ending, {.horizon = 1}).end;
+  EXPECT_NEAR(on.q[0], 0, 1e-3);  // the push would hold it at half a radian
+  EXPECT_EQ(still.session.run(same, {.horizon = 1}).end.q, on.q);
+  // Three quarters of it lie in the trial.
+  Bench late;
+  const double whole =
+      late.session.run(at(0), {.horizon = 0.2, .pushes = {push(0, 0.15)}}).end.q[0];
+  EXPECT_EQ(late.session.run(at(0), {.horizon = 0.2, .pushes = {push(-0.05, 0.2)}}).end.q[0],
+            whole);
+}
+
 TEST(Session, ATrialGoesOnFromAnothersEnd) {
   Bench b;
   b.controller.target = 1;

@@ -66,7 +66,7 @@ std::vector<BiasField> biasFields(std::uint64_t seed) {
     std::vector<bias::BiasSample> seen;
     for (int run = 0; run < kTrained + kUnseen; ++run) {
       const bias::RunLog log = bias::runMachine(machine, o.board, parameters, seed, run).log;
-      const auto samples = bias::samplesOf(log, model, options, bias::bongoKeeps);
+      const auto samples = bias::samplesOf(log, model, options, bias::bongoKeeps(o.board));
       auto& to = run < kTrained ? seen : field.truth;
       to.insert(to.end(), samples.begin(), samples.end());
     }

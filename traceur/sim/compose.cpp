@@ -492,6 +492,13 @@ SpecPointer compose(const Scene& scene, const ModelFile* source) {
       std::any_of(scene.props.begin(), scene.props.end(), [](const Prop& p) { return p.mass > 0; });
   // One robot is one island: looking for others took 5 % of learning a jump.
   if (!loose) spec->option.disableflags |= mjDSBL_ISLAND;
+  if (loose && scene.props_sleep) {
+    spec->option.enableflags |= mjENBL_SLEEP;
+    for (mjsElement* e : all(spec.get(), mjOBJ_BODY)) {  // of the robot: props come after
+      mjsBody* body = mjs_asBody(e);
+      if (mjs_getParent(e) == mjs_findBody(spec.get(), "world")) body->sleep = mjSLEEP_NEVER;
+    }
+  }
   const std::string look = addLook(spec.get(), gridSquare(scene));
   if (scene.ground) addGround(spec.get(), scene.ground_material, look);
   for (const Prop& p : scene.props) addProp(spec.get(), p);

@@ -103,6 +103,11 @@ Vector3d rpyOf(const Eigen::Quaterniond& rotation) {
           std::atan2(R(1, 0), R(0, 0))};
 }
 
+Vector3d rpyOf(const Eigen::Matrix3d& R) {
+  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))),
+          std::atan2(R(1, 0), R(0, 0))};
+}
+
 std::vector<SignedJoint> Robot::jointsNamed(const std::string& word) const {
   const auto pair = mirrored.find(word);
   if (pair == mirrored.end()) return {{word, 1}};

@@ -52,6 +52,8 @@ struct Pose {
 
 /// The rotation of roll, pitch and yaw about the fixed axes x, y and z: Rz(yaw) Ry(pitch) Rx(roll).
 Eigen::Quaterniond rotationOf(const Vector3d& rpy);
+/// And back: pitch in [-π/2, π/2].
+Vector3d rpyOf(const Eigen::Matrix3d& R);
 /// Its inverse, with a pitch in [-π/2, π/2].
 Vector3d rpyOf(const Eigen::Quaterniond& rotation);
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "traceur/core/gravity.h"
 #include "traceur/sim/robot.h"
 
 namespace traceur::sim {
@@ -48,8 +49,11 @@ struct Scene {
   bool ground = true;                            ///< the plane z = 0
   Material ground_material = {};
   std::vector<Prop> props = {};
-  double time_step = 0.001;                  ///< [s]
-  Vector3d gravity = Vector3d(0, 0, -9.81);  ///< [m/s²]
+  /// Whether props that have come to rest are left out of a step until something wakes them: a
+  /// touch, a push. They then rest to the bit where they are, and many cost little more than none.
+  bool props_sleep = false;
+  double time_step = 0.001;                      ///< [s]
+  Vector3d gravity = Vector3d(0, 0, -kGravity);  ///< [m/s²]
 };
 
 }  // namespace traceur::sim

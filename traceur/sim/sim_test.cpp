@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <map>
 
 #include "traceur/core/random.h"
 #include "traceur/core/sanitized.h"
@@ -1415,6 +1416,71 @@ TEST(Snapshot, TheTorqueIsWhatMotorsWereTold) {
   EXPECT_EQ(VectorXd(world.snapshot().torque()), t.tau);
   world.reset(model->initialState());
   EXPECT_TRUE(world.snapshot().torque().isZero(0));
+}
+
+std::shared_ptr<const Model> restingBoxes(bool sleep) {
+  std::vector<Prop> boxes;
+  for (int i = 0; i < 4; ++i) {
+    boxes.push_back({.name = "box " + std::to_string(i),
+                     .size = Vector3d::Constant(0.05),
+                     .position = {0.5 * (i + 1), 0, 0.05},
+                     .mass = 1});
+  }
+  return Model::fromScene({.props = boxes, .props_sleep = sleep});
+}
+
+TEST(World, SleepingPropsRestAndStillPress) {
+  const auto model = restingBoxes(true);
+  World world(model);
+  for (int i = 0; i < 4000; ++i) world.step(none(*model));
+  ASSERT_EQ(world.raw()->ntree_awake, 0);
+  const State still = world.state();
+  std::map<int, double> pressed;  // by body: the vertical force on it
+  for (const Contact& c : world.snapshot().contacts()) {
+    pressed[c.body_b.value] += c.f_WC.z();
+    pressed[c.body_a.value] -= c.f_WC.z();
+  }
+  for (int b = 1; b < model->bodies(); ++b) EXPECT_NEAR(pressed[b], kG, 0.02) << b;
+  for (int i = 0; i < 100; ++i) world.step(none(*model));
+  EXPECT_EQ(world.state().q, still.q);
+  EXPECT_EQ(world.snapshot().contacts().size(), 4u * 4);
+}
+
+TEST(World, APushWakesWhatSleeps) {
+  const auto pushed = [](bool sleep) {
+    const auto model = restingBoxes(sleep);
+    World world(model);
+    for (int i = 0; i < 4000; ++i) world.step(none(*model));
+    EXPECT_EQ(world.raw()->ntree_awake, sleep ? 0 : 4);
+    world.push(model->body("box 0"), {30, 0, 0});
+    for (int i = 0; i < 100; ++i) world.step(none(*model));
+    const Snapshot& s = world.snapshot();
+    return std::pair(s.bodyPosition(model->body("box 0")).x(),
+                     s.bodyPosition(model->body("box 1")).x());
+  };
+  const auto [x, other] = pushed(true);
+  const auto [awake_x, awake_other] = pushed(false);
+  EXPECT_GT(x, 0.52);
+  EXPECT_NEAR(x, awake_x, 1e-4);
+  EXPECT_NEAR(other, awake_other, 1e-4);
+  EXPECT_EQ(pushed(true), (std::pair{x, other}));  // equal trials have equal bits
+}
+
+TEST(World, ARobotNeverSleepsAndWakesWhatItTouches) {
+  Prop box{
+      .name = "box", .size = Vector3d::Constant(0.03), .position = {0.5, 0, 0.03}, .mass = 0.2};
+  Scene scene{.robot = bioloid(), .props = {box}, .props_sleep = true};
+  const auto model = Model::fromScene(scene);
+  World world(model);
+  State start = model->stateOf({});
+  world.reset(start);
+  for (int i = 0; i < 600; ++i) world.step(none(*model));
+  EXPECT_EQ(world.raw()->ntree_awake, 1);  // the robot, limp on the ground by now or falling
+  // Thrown onto the box, it wakes it.
+  start = model->launched(model->stateOf({}), 0.1, {3, 0, 0}, Vector3d::Zero());
+  world.reset(start);
+  for (int i = 0; i < 800; ++i) world.step(none(*model));
+  EXPECT_GT((world.snapshot().bodyPosition(model->body("box")) - box.position).norm(), 0.005);
 }
 
 }  // namespace

@@ -266,8 +266,25 @@ void Snapshot::solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const {
   }
 }
 
+/// What sleeps is pressed on as it was when it fell asleep; the engine does not look any more.
+void Snapshot::keepSleeping() {
+  const int* state = data_->body_awake;  // of what never moves: neither
+  const size_t seen = contacts_.size();
+  const auto has = [&](BodyId body) {
+    return std::any_of(contacts_.begin(), contacts_.begin() + static_cast<ptrdiff_t>(seen),
+                       [&](const Contact& c) { return c.body_a == body || c.body_b == body; });
+  };
+  for (const Contact& c : before_) {
+    const bool sleeps = state[c.body_a.value] == mjS_ASLEEP || state[c.body_b.value] == mjS_ASLEEP;
+    const bool wakes = state[c.body_a.value] == mjS_AWAKE || state[c.body_b.value] == mjS_AWAKE;
+    const BodyId sleeper = state[c.body_a.value] == mjS_ASLEEP ? c.body_a : c.body_b;
+    if (sleeps && !wakes && !has(sleeper)) contacts_.push_back(c);  // not in its last step awake
+  }
+}
+
 void Snapshot::capture() {
   const mjModel* m = model_->raw();
+  before_.swap(contacts_);
   contacts_.clear();
   robot_contacts_.clear();
   for (int i = 0; i < data_->ncon; ++i) {
@@ -286,6 +303,7 @@ void Snapshot::capture() {
     robot_contacts_.push_back(
         {a ? found.body_a : found.body_b, a ? found.body_b : found.body_a, found.p_WC, a ? -f : f});
   }
+  if ((m->opt.enableflags & mjENBL_SLEEP) != 0) keepSleeping();
   if (wants_joint_forces_) {
     mj_rnePostConstraint(m, data_);
     for (int b = 0; b < m->nbody; ++b) joint_forces_.col(b) = vec(data_->cfrc_int + 6 * b + 3);

@@ -106,12 +106,14 @@ class Snapshot {
   /// Sign of the contact's force on the robot if the static world presses on it, else 0.
   int support(const Contact& c) const;
   bool willTouchWorld() const;  // touchesWorld() of the step that comes next
-  void capture();               // reads contacts and joint forces while the engine still has them
+  void keepSleeping();
+  void capture();  // reads contacts and joint forces while the engine still has them
 
   const Model* model_ = nullptr;
   mjData_* data_ = nullptr;
   bool wants_joint_forces_ = false;
   std::vector<Contact> contacts_;
+  std::vector<Contact> before_;  // scratch of capture
   std::vector<RobotContact> robot_contacts_;
   Matrix3Xd joint_forces_;
   mutable bool has_com_velocity_ = false;  // computed once per step

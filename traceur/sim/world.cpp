@@ -57,6 +57,7 @@ void World::reset(const State& state) {
   write(state);
   out_of_room_ = !completes(mj_forward, m, data_);
   if (out_of_room_) data_->ncon = 0;
+  snapshot_.contacts_.clear();
   snapshot_.capture();
 }
 
@@ -65,6 +66,7 @@ void World::place(const State& state) {
   check(state, "place");
   write(state);
   data_->ncon = 0;
+  snapshot_.contacts_.clear();
   mj_kinematics(m, data_);
   mj_comPos(m, data_);
   snapshot_.capture();
@@ -100,10 +102,33 @@ void World::step(const Torque& torque) {
   snapshot_.has_com_velocity_ = snapshot_.has_angular_momentum_ = false;
 }
 
+void World::wake(BodyId body) {
+  const mjModel* m = model_->raw();
+  const int tree = m->body_treeid[body.value];
+  if (tree < 0 || data_->tree_asleep[tree] < 0) return;
+  // Those that sleep as one are a cycle, each naming the next.
+  for (int t = tree; data_->tree_asleep[t] >= 0;) {
+    const int next = data_->tree_asleep[t];
+    data_->tree_asleep[t] = -(1 + mjMINAWAKE);
+    t = next;
+  }
+  out_of_room_ = !completes(
+      [](const mjModel* model, mjData* data) {
+        mj_fwdPosition(model, data);
+        mj_fwdVelocity(model, data);
+      },
+      m, data_);
+}
+
 void World::push(BodyId body, const Vector3d& force, const Vector3d& moment) {
+  wake(body);
   pushed_ = true;
   Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value) = force;
   Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value + 3) = moment;
+}
+
+void World::endPushes() {
+  std::fill_n(data_->xfrc_applied, 6 * model_->bodies(), 0);
 }
 
 State World::state() const {

@@ -66,7 +66,10 @@ class World {
   /// Instead of reset(): as the world was that the checkpoint was taken from, of the same model.
   void restore(const Checkpoint& from);
   /// A force [N] and moment [N·m] in world axes on a body at its COM, held until changed or reset.
+  /// It wakes what sleeps.
   void push(BodyId body, const Vector3d& force, const Vector3d& moment = Vector3d::Zero());
+
+  void endPushes();
 
   const Snapshot& snapshot() const { return snapshot_; }
   State state() const;
@@ -80,6 +83,7 @@ class World {
   mjData_* raw() { return data_; }
 
  private:
+  void wake(BodyId body);
   void check(const State& state, const char* caller) const;
   void write(const State& state);
 

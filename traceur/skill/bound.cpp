@@ -12,12 +12,6 @@ std::optional<double> valueOf(const std::optional<control::Expression>& e) {
   return x;
 }
 
-/// Roll, pitch and yaw of R = Rz(yaw) Ry(pitch) Rx(roll).
-Vector3d rpyOf(const sim::Matrix3d& R) {
-  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))),
-          std::atan2(R(1, 0), R(0, 0))};
-}
-
 }  // namespace
 
 BoundReach::BoundReach(const Reach& reach, const std::shared_ptr<const sim::Model>& model,
@@ -45,7 +39,7 @@ void BoundReach::solve(const sim::Snapshot& s, const VectorXd& wanted,
                            .weight = g.weight.value() > 0 ? g.weight.value() : 0};
     if (g.roll || g.pitch || g.yaw) {
       const sim::Matrix3d now = s.bodyRotation(goal.of.points.front().body);
-      const Vector3d is = rpyOf(now);
+      const Vector3d is = sim::rpyOf(now);
       goal.attitude =
           sim::rotationOf({valueOf(g.roll).value_or(is.x()), valueOf(g.pitch).value_or(is.y()),
                            valueOf(g.yaw).value_or(is.z())})

@@ -45,7 +45,6 @@ Measures::Verdict Measures::verdict(const std::string& text, bool cost) {
 
 void Measures::begin(const motion::Moment& /*m*/) {
   std::fill(places_->failed.begin(), places_->failed.end(), 0.0);
-  places_->cost = 0;
   for (size_t i = 0; i < measures_.size(); ++i) {
     places_->measures[i] = skill_->measures[i].otherwise;
     measures_[i].seen = 0;

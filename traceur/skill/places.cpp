@@ -17,22 +17,33 @@ std::optional<Eigen::Index> placeOf(const auto& rows, const std::string& name) {
 }  // namespace
 
 Places::Places(const Skill& skill)
-    : parameters(skill.parameters.size()),
+    : parameters(VectorXd::Zero(static_cast<Eigen::Index>(skill.parameters.size()))),
       horizon(skill.horizon),
       measures(skill.measures.size()),
       failed(skill.failures.size()),
       signals(skill.model),
-      in_stage(skill.stageNames().size()),
-      ended_stage(in_stage.size()),
-      skill_(&skill) {}
-
-const double* Places::findStage(const std::string& name) {
-  const std::vector<std::string> stages = skill_->stageNames();
+      skill_(&skill) {
+  const std::vector<std::string> stages = skill.stageNames();
+  in_stage.resize(stages.size());
+  ended_stage.resize(stages.size());
   for (size_t i = 0; i < stages.size(); ++i) {
-    if (name == "in." + stages[i]) return &in_stage[i];
-    if (name == "ended." + stages[i]) return &ended_stage[i];
+    stages_["in." + stages[i]] = &in_stage[i];
+    stages_["ended." + stages[i]] = &ended_stage[i];
   }
-  return nullptr;
+  forget();
+}
+
+void Places::forget() {
+  time = phase_time = 0;
+  for (size_t i = 0; i < measures.size(); ++i) measures[i] = skill_->measures[i].otherwise;
+  std::fill(failed.begin(), failed.end(), 0.0);
+  std::fill(in_stage.begin(), in_stage.end(), 0.0);
+  std::fill(ended_stage.begin(), ended_stage.end(), 0.0);
+  signals.begin();
+  for (size_t i = 0; i < parts.size(); ++i) {
+    parts[i]->forget();
+    parts[i]->cost = skill_->parts[i].otherwise;
+  }
 }
 
 const double* Places::findOfPart(const std::string& name) {
@@ -60,7 +71,7 @@ const double* Places::find(Scope scope, const std::string& name) {
   if (name == "time") return &time;
   if (scope == Scope::kRunning) {
     if (name == "phase_time") return &phase_time;
-    if (const double* stage = findStage(name)) return stage;
+    if (const auto stage = stages_.find(name); stage != stages_.end()) return stage->second;
     return signals.find(name);
   }
   if (const auto i = placeOf(skill_->measures, name)) return &measures[*i];
@@ -75,7 +86,8 @@ bool Places::readJointForces() const {
 
 bool Places::isMeasure(const double* place) const {
   return std::any_of(measures.begin(), measures.end(), [&](auto& m) { return &m == place; }) ||
-         std::any_of(parts.begin(), parts.end(), [&](auto* p) { return p->isMeasure(place); });
+         std::any_of(parts.begin(), parts.end(),
+                     [&](auto* p) { return &p->cost == place || p->isMeasure(place); });
 }
 
 control::Expression::Lookup Places::in(Scope scope) {

@@ -1,12 +1,13 @@
 // Where the numbers live that a skill's expressions name.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "traceur/control/expression.h"
 #include "traceur/control/signals.h"
-#include "traceur/skill/names.h"
+#include "traceur/skill/scope.h"
 #include "traceur/skill/skill.h"
 
 namespace traceur::skill {
@@ -18,6 +19,8 @@ class Places {
   Places(const Places&) = delete;
   Places& operator=(const Places&) = delete;
 
+  /// A trial begins: nothing of the last one is left, nor of its parts'; parameters and task stay.
+  void forget();
   /// null where nothing of this scope has the name
   const double* find(Scope scope, const std::string& name);
   control::Expression::Lookup in(Scope scope);
@@ -32,7 +35,7 @@ class Places {
   control::Signals signals;
   std::vector<double> in_stage,
       ended_stage;  ///< by Skill::stageNames: whether it lasts; whether it ended now
-  double cost = 0;  ///< of a part that is over
+  double cost = 0;  ///< of a part that is over; before, what Part::otherwise says
   /// By Skill::parts, what their verdicts may be asked of.
   std::vector<Places*> parts;
   /// Whether some expression reads a joint's force.
@@ -44,10 +47,10 @@ class Places {
   bool task_moves = false;
 
  private:
-  const double* findStage(const std::string& name);
   const double* findOfPart(const std::string& name);
 
   const Skill* skill_;
+  std::map<std::string, const double*> stages_;  // in.NAME, ended.NAME
 };
 
 }  // namespace traceur::skill

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 #include "traceur/core/error.h"
@@ -38,7 +39,7 @@ struct Runner::Impl {
   struct Push {
     const PushTerm* term;
     BoundVector force, moment;
-    control::Expression at, duration;
+    control::Expression start, duration;
   };
 
   std::shared_ptr<const Skill> skill;
@@ -72,7 +73,7 @@ struct Runner::Impl {
       pushes.push_back({&p,
                         {p.force, setup},
                         {p.moment, setup},
-                        control::Expression(p.at, setup),
+                        control::Expression(p.start, setup),
                         control::Expression(p.duration, setup)});
     }
     if (skill->after) after = endingOf(*skill->after);
@@ -109,13 +110,38 @@ struct Runner::Impl {
     return runner.ending();
   }
 
+  bool namesFailure(const std::string& word) const {
+    return std::any_of(skill->failures.begin(), skill->failures.end(),
+                       [&](const Failure& f) { return word == f.name; });
+  }
+
+  static bool finite(const std::vector<motion::Push>& all) {
+    return std::all_of(all.begin(), all.end(), [](const motion::Push& p) {
+      return p.force.allFinite() && p.moment.allFinite() && std::isfinite(p.start) &&
+             std::isfinite(p.duration);
+    });
+  }
+
+  /// Of numbers that make no start or no push.
+  Rollout nothing() const {
+    Rollout r;
+    r.diverged = true;
+    r.ended = "diverged";
+    r.cost = std::numeric_limits<double>::infinity();
+    r.violated.assign(skill->failures.size(), false);
+    r.terms.assign(skill->terms.size(), std::nan(""));
+    r.measures.assign(skill->measures.size(), std::nan(""));
+    r.achieved = std::nan("");
+    return r;
+  }
+
   std::vector<motion::Push> pushesNow() const {
     std::vector<motion::Push> now;
     for (const Push& p : pushes) {
       now.push_back({.body = p.term->body,
                      .force = p.force.value(),
                      .moment = p.moment.value(),
-                     .start = p.at.value(),
+                     .start = p.start.value(),
                      .duration = p.duration.value()});
     }
     return now;
@@ -141,9 +167,9 @@ struct Runner::Impl {
                                        .recording = recording,
                                        .joint_forces = places.readJointForces()};
     if (!start && skill->after) start = &after;
-    const motion::Trial& trial =
-        start ? session.run(*start, options)
-              : session.run(launch ? launch->state() : skill->start, options);
+    const sim::State begin = launch && !start ? launch->state() : skill->start;
+    if (!begin.q.allFinite() || !begin.v.allFinite() || !finite(options.pushes)) return nothing();
+    const motion::Trial& trial = start ? session.run(*start, options) : session.run(begin, options);
     Rollout r;
     r.ended = trial.ended;
     r.time = trial.time;
@@ -154,6 +180,11 @@ struct Runner::Impl {
     for (const double t : r.terms) r.cost += t;
     r.measures = places.measures;
     r.achieved = measures.achieved();
+    // A failure counts more than a good end in the same step.
+    const auto failure = std::find(r.violated.begin(), r.violated.end(), true);
+    if (failure != r.violated.end() && !namesFailure(r.ended)) {
+      r.ended = skill->failures[failure - r.violated.begin()].name;
+    }
     if (r.diverged) r.cost = std::numeric_limits<double>::infinity();
     return r;
   }

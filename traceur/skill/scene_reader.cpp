@@ -82,6 +82,7 @@ std::vector<TomlReader> readProps(const TomlReader& scene, double time_step,
 std::vector<TomlReader> readScene(const TomlReader& s, sim::Scene& scene) {
   scene.ground = s.boolean("ground", true);
   scene.ground_material = material(s, scene.time_step);
+  scene.props_sleep = s.boolean("sleep", false);
   return readProps(s, scene.time_step, scene.props);
 }
 

@@ -64,8 +64,6 @@ struct ForceTerm {
   VectorText moment;  ///< [N·m]
   /// The bodies that are given the opposite, force and moment about the same point.
   std::vector<sim::BodyId> against;
-  /// Whether it changes within a phase: some expression names a signal or the time.
-  bool moves = false;
 };
 
 /// A factor on a joint's gain.
@@ -152,7 +150,7 @@ struct ControllerOptions {
 struct PushTerm {
   sim::BodyId body;
   VectorText force, moment;  ///< world axes [N], [N·m]
-  std::string at;            ///< since the start [s]
+  std::string start;         ///< since the trial began [s]
   std::string duration;      ///< [s]
 };
 
@@ -174,6 +172,8 @@ struct Part {
   std::vector<std::string> parameters;  ///< by the other skill's; expressions of this one's names
   std::string task;
   std::string until;  ///< condition that ends it before it ends itself; empty: none
+  /// Its cost in a trial in which it did not come to its end.
+  double otherwise = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// How a robot and its ground may differ from their model, to know what a skill withstands before

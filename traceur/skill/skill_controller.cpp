@@ -87,9 +87,8 @@ void SkillController::begin(const motion::Moment& m, const control::JointTarget&
   reached_ = held;
   path_ = {held, {held}, 0};
   cop_.reset();
-  places_->time = 0;
-  places_->signals.begin();
-  std::fill(places_->ended_stage.begin(), places_->ended_stage.end(), 0.0);
+  over_ = false;
+  places_->forget();
   places_->signals.update(m.s);
   enter(0, m);
   places_->signals.begin();  // the first step is looked at once
@@ -113,14 +112,6 @@ void SkillController::enter(int phase, const motion::Moment& m) {
   wanted_ = goal.q;
   path_ = {reached_, {std::move(goal)}, bound.blend.value()};
   if (bound.reach) solveReach(m);
-  still_.clear();
-  for (const Force& f : bound.forces) {
-    if (!moves(*f.term)) exert(f, m.s, still_);
-  }
-}
-
-bool SkillController::moves(const ForceTerm& f) {
-  return f.moves || f.touching || !f.against.empty() || f.frame != Frame::kWorld;
 }
 
 void SkillController::solveReach(const motion::Moment& m) {
@@ -178,8 +169,10 @@ void SkillController::update(const motion::Moment& m) {
   // A phase may end at once, but each at most once per step.
   for (size_t k = 0; k < phases_.size() && phases_[phase_].until; ++k) {
     const int next = skill_->phases[phase_].next;
-    if (next == static_cast<int>(phases_.size()) || !phases_[phase_].until->holds()) break;
+    if (over_ || !phases_[phase_].until->holds()) break;
     places_->ended_stage[phase_] = 1;
+    over_ = next == static_cast<int>(phases_.size());
+    if (over_) break;  // it is held to the end
     enter(next, m);
   }
 }
@@ -189,7 +182,7 @@ void SkillController::factors(const std::vector<Factor>& from, VectorXd& to) con
   to.setOnes(static_cast<Eigen::Index>(skill_->model->joints().size()));
   for (const Factor& f : from) {
     const double value = f.value.value();
-    if (value >= 0 && std::isfinite(value)) to[f.joint] = value;
+    if (std::isfinite(value)) to[f.joint] = std::max(0.0, value);
   }
 }
 
@@ -211,10 +204,7 @@ void SkillController::command(const motion::Moment& m, motion::Senses& senses,
   }
   factors(p.stiffness, c.stiffness);
   factors(p.damping, c.damping);
-  c.forces = still_;
-  for (const Force& f : p.forces) {
-    if (moves(*f.term)) exert(f, m.s, c.forces);
-  }
+  for (const Force& f : p.forces) exert(f, m.s, c.forces);
   c.limited = skill_->phases[phase_].limited;
 }
 

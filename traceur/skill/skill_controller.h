@@ -18,8 +18,7 @@ namespace traceur::skill {
 ///     q* = q₀ + min(1, t / T) (q₁ − q₀) + feedback
 ///
 /// from where the last phase left them to this one's in its blend T, t since it was entered. What a
-/// phase's targets and blend say is worked out as it is entered, its gains in each step, and its
-/// forces, where they name what changes.
+/// phase's targets and blend say is worked out as it is entered, its gains and forces in each step.
 class SkillController : public motion::Controller {
  public:
   /// @param places  of the trial; its parameters and task are set before begin()
@@ -63,7 +62,6 @@ class SkillController : public motion::Controller {
   static std::vector<Factor> bind(const std::vector<GainFactor>& values,
                                   const control::Expression::Lookup& lookup);
   void enter(int phase, const motion::Moment& m);
-  static bool moves(const ForceTerm& f);
   void solveReach(const motion::Moment& m);
   void factors(const std::vector<Factor>& from, VectorXd& to) const;
   void exert(const Force& force, const sim::Snapshot& s, std::vector<control::VirtualForce>& out);
@@ -78,13 +76,13 @@ class SkillController : public motion::Controller {
   int phase_ = 0;
   int entered_step_ = 0;  // a phase's time is a whole number of steps, a difference of times is not
   double entered_ = 0;    // [s]
+  bool over_ = false;     // the last phase has ended, and is held
   int solved_step_ = 0;   // when its reach was solved last
   VectorXd wanted_;       // the pose that reach keeps near to
-  std::vector<control::VirtualForce> still_;  // forces that do not change in this phase
-  bool follows_cop_ = false;                  // some force's frame does
-  std::optional<Vector3d> cop_;               // the last one
-  control::JointTarget reached_;              // without feedback
-  motion::JointPath path_;                    // to the phase's targets
+  bool follows_cop_ = false;      // some force's frame does
+  std::optional<Vector3d> cop_;   // the last one
+  control::JointTarget reached_;  // without feedback
+  motion::JointPath path_;        // to the phase's targets
 };
 
 }  // namespace traceur::skill

@@ -22,10 +22,15 @@ namespace fs = std::filesystem;
 /// that cannot be loaded ends the reading of everything that depends on it.
 class SkillReader {
  public:
+  /// The files that are read for one.
+  struct Files {
+    int count = 0;
+    std::vector<fs::path> open = {};  ///< from the whole to the part of a part
+  };
+
   /// @param whole  of which this is a part, performed in its scene; null for none
-  /// @param files  how many files were read so far
   SkillReader(const fs::path& file, std::string text, const Disturbance& disturbance,
-              const Skill* whole, int& files)
+              const Skill* whole, Files& files)
       : whole_(whole),
         files_(&files),
         document_(parseToml(text, file.string())),
@@ -40,7 +45,8 @@ class SkillReader {
     const TomlReader top(document_, diagnostics_);
     skill_.name = top.string("name");
     skill_.description = top.string("description", "");
-    skill_.horizon = top.number("horizon");
+    const bool chain = top.has("skill");  // without a horizon, all of its parts
+    skill_.horizon = chain ? top.number("horizon", kLongest) : top.number("horizon");
     if (!(skill_.horizon > 0 && skill_.horizon <= kLongest)) {
       top.fail("horizon", fmt::format("\"horizon\": expected seconds in (0, {}]", kLongest));
     }
@@ -54,6 +60,7 @@ class SkillReader {
       readController(top.table("controller"));
       readParts(top);
       readPhases(top);
+      if (chain && !top.has("horizon")) skill_.horizon = partsHorizon();
       readStart(top.table("start"));
       readFeedback(top);
       readPushes(top);
@@ -71,6 +78,7 @@ class SkillReader {
     top.finish();
     diagnostics_.throwIfAny();
     if (skill_.launch) beginInTheAir();
+    diagnostics_.throwIfAny();
     return std::make_shared<const Skill>(std::move(skill_));
   }
 
@@ -248,20 +256,16 @@ class SkillReader {
     readLaunch(start, pose);
     if (start.has("after")) {
       const TomlReader after = start.table("after");
-      if (skill_.launch) start.fail("after", "\"after\": expected this or a start in the air");
+      if (skill_.launch || start.has("pose")) {
+        start.fail("after", "\"after\": expected this alone: the start is where that one ends");
+      }
       skill_.after = readPart(after, Scope::kConstant);
+      if (!skill_.after->skill) skill_.after.reset();
       after.finish();
     }
     start.finish();
     skill_.start = skill_.model->stateOf(pose);
-    if (whole_ || skill_.launch || skill_.after) return;
-    static constexpr double kDepth = 1e-3;  // of a robot's own geometry set on z = 0: none [ours]
-    if (const auto in = skill_.model->bodyReachedInto(skill_.start, kDepth)) {
-      diagnostics_.add(0, 0,
-                       fmt::format("[start.pose]: the robot begins inside \"{}\": expected it "
-                                   "beside or above, its lowest point is on z = 0",
-                                   skill_.model->bodyName(*in)));
-    }
+    if (!whole_ && !skill_.launch && !skill_.after) refuseInside("[start.pose]");
   }
 
   void readLaunch(const TomlReader& start, const sim::Pose& pose) {
@@ -295,6 +299,29 @@ class SkillReader {
     places.parameters = skill_.initialParameters();
     places.task = skill_.task.initial;
     skill_.start = LaunchState(skill_, places).state();
+    if (!skill_.start.q.allFinite() || !skill_.start.v.allFinite()) {
+      diagnostics_.add(0, 0, "[start]: of the initial parameters and task it is not finite");
+    } else {
+      refuseInside("[start]");
+    }
+  }
+
+  /// A robot begins beside things, not in them.
+  void refuseInside(const char* where) {
+    static constexpr double kDepth = 1e-3;  // of a robot's own geometry set on z = 0: none [ours]
+    if (const auto in = skill_.model->bodyReachedInto(skill_.start, kDepth)) {
+      diagnostics_.add(0, 0,
+                       fmt::format("{}: the robot begins inside \"{}\": expected it "
+                                   "beside or above, its lowest point is on z = 0",
+                                   where, skill_.model->bodyName(*in)));
+    }
+  }
+
+  /// As long as the parts last at most.
+  double partsHorizon() const {
+    double sum = 0;
+    for (const Part& part : skill_.parts) sum += part.skill->horizon;
+    return std::clamp(sum, skill_.model->timeStep(), kLongest);
   }
 
   void readController(const TomlReader& c) {
@@ -381,12 +408,20 @@ class SkillReader {
         return;
       }
       Part part = readPart(row, Scope::kSetup);
-      words_.declare(row, row.has("name") ? "name" : "file", part.name);
+      part.otherwise = row.number("otherwise", part.otherwise);
+      const bool spelled = control::Expression::isName(part.name);
+      if (!spelled && !row.has("name") && !part.name.empty()) {
+        row.fail("file", fmt::format("\"{}\" is no name for expressions: expected a \"name\", too",
+                                     part.name));
+      } else {
+        words_.declare(row, row.has("name") ? "name" : "file", part.name);
+      }
       row.find("until");  // read when all parts can be named
       row.finish();
       if (part.skill) skill_.parts.push_back(std::move(part));
     }
-    if (skill_.parts.size() < rows.size()) return;
+    if (skill_.parts.size() < rows.size()) diagnostics_.throwIfAny();  // the rest names them
+    words_.stagesKnown();
     for (size_t i = 0; i < rows.size(); ++i) {
       skill_.parts[i].until = words_.expression(rows[i], "until", "", Scope::kRunning);
     }
@@ -405,16 +440,22 @@ class SkillReader {
     const TomlReader set = row.table("parameters");
     PartSource source;
     if (file.empty()) return part;
+    const fs::path path = skill_.file.parent_path() / file;
     try {
-      if (++*files_ > kMostFiles) {
-        throw InputError(
-            fmt::format("more than {} files are parts of this one: does one name "
-                        "itself?",
-                        kMostFiles));
+      const auto& open = files_->open;
+      if (std::find(open.begin(), open.end(), path.lexically_normal()) != open.end()) {
+        throw InputError(fmt::format("{} is a part of itself", path.string()));
       }
-      source = PartSource::fromFile(skill_.file.parent_path() / file);
-      part.skill =
-          SkillReader(source.file, source.text, skill_.disturbance, &skill_, *files_).read();
+      if (++files_->count > kMostFiles) {
+        throw InputError(
+            fmt::format("the {}. file: expected at most {}", files_->count, kMostFiles));
+      }
+      source = PartSource::fromFile(path);
+      files_->open.push_back(path.lexically_normal());
+      SkillReader reader(source.file, source.text, skill_.disturbance, &skill_, *files_);
+      reader.chained_ = scope == Scope::kSetup;
+      part.skill = reader.read();
+      files_->open.pop_back();
       if (!source.learned.empty() && source.learned.size() != part.skill->parameters.size()) {
         throw InputError(fmt::format("{}: {} numbers for {} parameters", file,
                                      source.learned.size(), part.skill->parameters.size()));
@@ -430,6 +471,11 @@ class SkillReader {
       const TomlValue* v = set.find(p.name);
       const double otherwise = source.learned.empty() ? p.initial : source.learned[i];
       part.parameters.push_back(v ? words_.expression(*v, scope) : fmt::format("({})", otherwise));
+      const double x = words_.constant(part.parameters.back()).value_or(p.initial);
+      if (v && !(p.min <= x && x <= p.max)) {
+        set.fail(p.name, fmt::format("\"{}\": expected a number in [{}, {}], got {}", p.name, p.min,
+                                     p.max, x));
+      }
     }
     set.finish();
     part.task = words_.expression(row, "task", "", scope);
@@ -455,6 +501,7 @@ class SkillReader {
       }
       skill_.phases.push_back(std::move(p));
     }
+    words_.stagesKnown();
     for (size_t i = 0; i < rows.size(); ++i) {
       const TomlReader& row = rows[i];
       Phase& p = skill_.phases[i];
@@ -467,6 +514,7 @@ class SkillReader {
       p.damping = readFactors(row, "damping");
       p.limited = row.boolean("limited", true);
       if (row.has("reach")) p.reach = readReach(row.table("reach"));
+      limit(row, "forces", row.tables("force").size());
       for (const TomlReader& f : row.tables("force")) readForce(f, p);
       p.until = words_.expression(row, "until", "", Scope::kRunning);
       p.next = static_cast<int>(i) + 1;
@@ -483,6 +531,7 @@ class SkillReader {
 
   Reach readReach(const TomlReader& row) {
     Reach reach;
+    limit(row, "goals", row.tables("goal").size());
     for (const TomlReader& g : row.tables("goal")) {
       ReachGoal goal;
       goal.of = words_.place(g, "of");
@@ -506,8 +555,12 @@ class SkillReader {
         g.fail("of", "a goal: expected where it should be: x, y, z, distance, roll, pitch or yaw");
       }
       const bool turns = !(goal.roll + goal.pitch + goal.yaw).empty();
-      if (turns && goal.of.points.empty()) {
-        g.fail("of", "\"of\": expected a body, whose roll, pitch and yaw are meant");
+      if (turns && goal.of.points.size() != 1) {
+        g.fail("of", "\"of\": expected one body, whose roll, pitch and yaw are meant");
+      }
+      const bool placed = !(goal.x + goal.y + goal.z + goal.distance).empty();
+      if (g.has("from") && !placed) {
+        g.fail("from", "\"from\": expected x, y, z or distance with it");
       }
       goal.weight = words_.expression(g, "weight", "1", Scope::kRunning);
       g.finish();
@@ -523,6 +576,7 @@ class SkillReader {
         }
       }
       reach.joints.assign(joints.begin(), joints.end());
+      if (joints.empty()) row.fail("joints", "\"joints\": expected at least one joint");
     } else {
       for (size_t i = 0; i < skill_.model->joints().size(); ++i) {
         if (skill_.model->joints()[i].motor >= 0) reach.joints.push_back(static_cast<int>(i));
@@ -536,9 +590,10 @@ class SkillReader {
 
   void readForce(const TomlReader& f, Phase& phase) {
     ForceTerm term;
-    const int kinds = f.has("bodies") + f.has("points") + f.has("com");
     term.com = f.boolean("com", false);
-    if (f.has("points")) {
+    if (f.has("bodies") + f.has("points") + term.com > 1) {
+      f.fail("bodies", "expected one of \"bodies\", \"points\" and \"com\"");
+    } else if (f.has("points")) {
       for (const std::string& name : f.strings("points")) {
         try {
           term.points.push_back(skill_.model->contactPoint(name));
@@ -546,12 +601,12 @@ class SkillReader {
           f.fail("points", fmt::format("\"points\": {}", e.what()));
         }
       }
-    } else if (!f.has("com")) {
+    } else if (!term.com) {
       const sim::Vector3d at =
           f.has("at") ? readVector(f, "at") : sim::Vector3d(sim::Vector3d::Zero());
       for (const sim::BodyId body : words_.bodies(f, "bodies")) term.points.push_back({body, at});
     }
-    if (kinds > 1) f.fail("bodies", "expected one of \"bodies\", \"points\" and \"com\"");
+    for (const char* key : {"bodies", "points"}) f.find(key);
     if (!f.has("force") && !f.has("moment")) {
       f.fail("force", "\"force\": expected a list of 3 numbers or expressions [N]");
     }
@@ -559,11 +614,6 @@ class SkillReader {
     term.moment = words_.vector(f, "moment", Scope::kRunning);
     if (term.com && f.has("moment")) {
       f.fail("moment", "\"moment\": expected \"bodies\" or \"points\": a moment is on a body");
-    }
-    for (const VectorText* v : {&term.force, &term.moment}) {
-      for (const std::string* text : {&v->x, &v->y, &v->z}) {
-        term.moves = term.moves || words_.moves(*text);
-      }
     }
     const std::string frame = f.string("frame", "world");
     static const std::vector<std::string> kFrames = {"world", "cop to com"};
@@ -575,6 +625,9 @@ class SkillReader {
     }
     term.touching = f.boolean("touching", false);
     if (f.has("against")) term.against = words_.bodies(f, "against");
+    if (term.touching && term.com && !f.has("against")) {
+      f.fail("touching", "\"touching\": expected \"against\" with it: the COM touches nothing");
+    }
     f.finish();
     phase.forces.push_back(std::move(term));
   }
@@ -584,26 +637,35 @@ class SkillReader {
     for (const TomlReader& row : top.tables("push")) {
       PushTerm p;
       const std::string body = row.string("body");
+      if (chained_) row.fail("body", "[[push]]: expected in the skill that this is a part of");
       try {
         if (!body.empty()) p.body = skill_.model->body(body);
       } catch (const InputError& e) {
-        row.fail("body", fmt::format("\"body\": {}", e.what()));
+        const bool group = skill_.model->robot()->bodies.contains(body);
+        row.fail("body", group ? fmt::format("\"body\": \"{}\" is a group: expected one body", body)
+                               : fmt::format("\"body\": {}", e.what()));
       }
       if (!row.has("force") && !row.has("moment")) {
         row.fail("force", "\"force\": expected a list of 3 numbers or expressions [N]");
       }
       p.force = words_.vector(row, "force", Scope::kSetup);
       p.moment = words_.vector(row, "moment", Scope::kSetup);
-      if (!row.has("at")) row.fail("at", "\"at\": expected when it begins [s]");
-      p.at = words_.expression(row, "at", "0", Scope::kSetup);
+      if (!row.has("start")) row.fail("start", "\"start\": expected when it begins [s]");
+      p.start = words_.expression(row, "start", "0", Scope::kSetup);
       p.duration = words_.expression(row, "duration", "0.1", Scope::kSetup);
+      if (!(words_.constant(p.duration).value_or(0) >= 0)) {
+        row.fail("duration", "\"duration\": expected seconds >= 0");
+      }
       row.finish();
       skill_.pushes.push_back(std::move(p));
     }
   }
 
   void readFeedback(const TomlReader& top) {
+    limit(top, "feedback rows", top.tables("feedback").size());
     for (const TomlReader& row : top.tables("feedback")) {
+      if (!skill_.parts.empty()) row.fail("add", "[[feedback]]: expected in the parts");
+      if (!row.has("add")) row.fail("add", "\"add\" is missing");
       Feedback f;
       const std::string add = words_.expression(row, "add", "0", Scope::kRunning);
       for (const std::string& name : row.strings("joints")) {
@@ -678,7 +740,8 @@ class SkillReader {
   }
 
   const Skill* whole_;
-  int* files_;
+  Files* files_;
+  bool chained_ = false;  // a part that follows another
   TomlValue document_;
   Diagnostics diagnostics_;
   Skill skill_;
@@ -689,7 +752,7 @@ class SkillReader {
 
 std::shared_ptr<const Skill> readSkill(const std::string& text, const std::filesystem::path& file,
                                        const Disturbance& disturbance) {
-  int files = 0;
+  SkillReader::Files files{.open = {file.lexically_normal()}};
   return SkillReader(file, text, disturbance, nullptr, files).read();
 }
 

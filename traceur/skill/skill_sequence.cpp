@@ -13,6 +13,7 @@ SkillSequence::SkillSequence(const Skill& skill, Places& places)
   int failures = 0;
   for (const Part& part : skill.parts) {
     Running r;
+    r.skill = part.skill.get();
     r.places = std::make_unique<Places>(*part.skill);
     if (part.skill->parts.empty()) {
       r.controller = std::make_unique<SkillController>(part.skill, *r.places);
@@ -45,13 +46,14 @@ motion::Moment SkillSequence::since(const motion::Moment& m) const {
 void SkillSequence::begin(const motion::Moment& m, const control::JointTarget& held) {
   ended_.clear();
   stage_ = -1;
-  places_->time = 0;
-  places_->signals.begin();
-  std::fill(places_->in_stage.begin(), places_->in_stage.end(), 0.0);
-  for (const Running& r : parts_) {  // those that are never reached have done nothing
-    std::fill(r.places->measures.begin(), r.places->measures.end(), std::nan(""));
-    std::fill(r.places->failed.begin(), r.places->failed.end(), 0.0);
-    r.places->cost = 0;
+  places_->forget();
+  for (Running& r : parts_) {  // also of those that are not reached
+    for (size_t i = 0; i < r.parameters.size(); ++i) {
+      const ParamSpec& p = r.skill->parameters[i];
+      r.places->parameters[static_cast<Eigen::Index>(i)] =
+          std::clamp(r.parameters[i].value(), p.min, p.max);
+    }
+    r.places->task = r.task->value();
   }
   enter(0, m, held);
 }
@@ -61,10 +63,6 @@ void SkillSequence::enter(size_t part, const motion::Moment& m, const control::J
   begun_ = m.step;
   held_ = held;
   Running& r = parts_[part];
-  for (size_t i = 0; i < r.parameters.size(); ++i) {
-    r.places->parameters[static_cast<Eigen::Index>(i)] = r.parameters[i].value();
-  }
-  r.places->task = r.task->value();
   r.controller->begin(since(m), held);
   r.measures->begin(since(m));
 }
@@ -117,7 +115,6 @@ void SkillSequence::update(const motion::Moment& m) {
     over(m);
     enter(part_ + 1, m, held_);
   }
-  places_->phase_time = (m.step - entered_) * skill_->model->timeStep();
   for (size_t i = 0; i < running().places->failed.size(); ++i) {
     if (running().places->failed[i] != 0) places_->failed[first_failure_[part_] + i] = 1;
   }
@@ -125,6 +122,7 @@ void SkillSequence::update(const motion::Moment& m) {
 
 /// Tells the whole's expressions which phase and part last.
 void SkillSequence::showStage(const motion::Moment& m) {
+  places_->phase_time = (m.step - entered_) * skill_->model->timeStep();
   const auto parts_at = places_->in_stage.size() - parts_.size();
   const Places& now = *running().places;
   const size_t phases = running().controller->phases().size();
@@ -134,6 +132,7 @@ void SkillSequence::showStage(const motion::Moment& m) {
   if (stage_ == phase()) return;
   stage_ = phase();
   entered_ = m.step;
+  places_->phase_time = 0;
   std::fill(places_->in_stage.begin(), places_->in_stage.end(), 0.0);
   places_->in_stage[stage_] = 1;
   places_->in_stage[parts_at + part_] = 1;

@@ -31,6 +31,7 @@ class SkillSequence : public motion::Controller, public motion::Observer {
 
  private:
   struct Running {
+    const Skill* skill = nullptr;
     std::unique_ptr<Places> places;
     std::unique_ptr<motion::Controller> controller;
     SkillSequence* nested = nullptr;  // the controller, where the part has parts itself

@@ -364,7 +364,6 @@ TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
   EXPECT_EQ(s.model->bodyName(f.points[1].body), "r_foot");
   for (const sim::BodyPoint& p : f.points) EXPECT_EQ(p.p_BP, sim::Vector3d(0.01, 0.02, 0.03));
   EXPECT_EQ(f.force.x + f.force.y + f.force.z, "ab(5)");
-  EXPECT_FALSE(f.moves);
   EXPECT_TRUE(s.phases[1].from_previous);
   EXPECT_TRUE(s.phases[1].limited);
   EXPECT_EQ(s.phases[1].next, 0);
@@ -494,11 +493,12 @@ TEST(SkillFile, EachMistakeIsSaidAndNoOther) {
   with("hip = 0.05", "l_shoulderr = 0.05", "Did you mean \"l_shoulder\"?");
   with("hip = 0.05", "hip = inf", "expected a finite number");
   with("hip = 0.05", "hip = [1]", "expected a number or an expression, got");
-  with("[parameters]", "hip = \"lean\"\n[parameters]", "the start is the same in every trial");
+  with("[parameters]", "hip = \"lean\"\n[parameters]",
+       "the same in every trial: expected a number");
   // What may be named where.
   with("2 * lean", "bent", "nothing here is named \"bent\"");
   with("phase_time >= 0.1", "bent > 0", "nothing here is named \"bent\"");
-  with("10 * fall", "com.z", "nothing here is named \"com.z\"");
+  with("10 * fall", "com.z", "\"com.z\" is a signal: expected names of measures");
   with("10 * fall", "in.bend", "nothing here is named \"in.bend\"");
   with("10 * fall", "phase_time", "nothing here is named \"phase_time\"");
   for (const char* place : {"2 * lean", "phase_time >= 0.1", "10 * fall"}) {

@@ -132,8 +132,6 @@ sag = { of = "com.z", take = "last" })_",
   EXPECT_LT(measured(run(all), *all, "sag"), 0.15);  // it folds
 }
 
-/// The generalised force of a phase's virtual forces at the start, by what they do to a robot that
-/// floats in space with no gains: M v̇ = τ.
 TEST(SkillWords, ForcesFollowSignalsFramesAndContacts) {
   const auto skill = fromText(standing(0.02, "", R"_([measures]
 hand = { of = "torque.l_shoulder", take = "last" })_",
@@ -271,7 +269,7 @@ TEST(SkillWords, APushIsAForceForAWhile) {
   const auto skill = fromText(standing(0.1, "", R"_([[push]]
 body = "torso"
 force = ["10 * a", 0, 0]
-at = 0.02
+start = 0.02
 duration = 0.05
 [measures]
 v = { of = "com_velocity.x", take = "last" })_",
@@ -333,8 +331,7 @@ start_z = { of = "com.z", take = "first" }
 [[failure]]
 name = "low"
 when = "com.z < 0.1")_",
-                                "blend = 0.05\nfeedback = 0\n");
-    text.replace(text.find("feedback = 0\n"), 13, "");
+                                "blend = 0.05\n");
     text.replace(text.find("pose = { base = \"stand\" }"), 25,
                  "pose = { base = \"stand\", shoulder = \"a\" }");
     text.replace(text.find("cost = 0"), 8, "cost = \"last\"");
@@ -383,6 +380,7 @@ parameters = { a = "-b" }
 TEST_F(Parts, ASkillMayStartWhereAnothersTrialEnds) {
   write("first.toml", part("first", 0.3));
   std::string text = part("second", 0.2);
+  text.replace(text.find("[start.pose]\nbase = \"stand\"\n"), 28, "");
   text.replace(text.find("[start]\n"), 8,
                "[start]\nafter = { file = \"first.toml\", parameters = { a = 0.6 } }\n");
   const auto after = Skill::fromFile(write("second.toml", text));
@@ -407,6 +405,52 @@ TEST_F(Parts, ASkillMayStartWhereAnothersTrialEnds) {
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find("ended with \"low\""), std::string::npos) << e.what();
   }
+}
+
+TEST_F(Parts, NothingIsLeftOfAnotherTrial) {
+  write("first.toml", part("first", 0.3));
+  write("second.toml", part("second", 0.2));
+  const auto whole = Skill::fromFile(write("chain.toml", chain(R"_([[skill]]
+file = "first.toml"
+until = "phase_time > 0.15 || b > 0.9 && time > 0.02"
+[[skill]]
+file = "second.toml"
+)_")));
+  VectorXd quick(1);
+  VectorXd slow(1);
+  quick << 1;
+  slow << 0.3;
+  Runner fresh(whole);
+  const Rollout once = fresh.run(slow, 0);
+  EXPECT_NEAR(once.time, 0.251 + 0.2, 1e-9);  // of the phase "two", which began after 0.1 s
+  Runner used(whole);
+  used.run(quick, 0);
+  EXPECT_EQ(used.run(slow, 0).hash, once.hash);
+  // Of a part that is never reached the cost is what the file says, whoever ran before.
+  std::string failing = part("first", 0.3);
+  failing.replace(failing.find("com.z < 0.1"), 11, "time > 0.05");
+  write("first.toml", failing);
+  const auto cut = Skill::fromFile(write("cut.toml", chain(R"_([[skill]]
+file = "first.toml"
+[[skill]]
+file = "second.toml"
+otherwise = 7
+)_")));
+  EXPECT_NEAR(run(cut).cost, 70, 1);
+  const auto unsaid = Skill::fromFile(write("cut.toml", chain(R"_([[skill]]
+file = "first.toml"
+[[skill]]
+file = "second.toml"
+)_")));
+  EXPECT_TRUE(std::isnan(run(unsaid).cost));
+}
+
+TEST_F(Parts, LastAsLongAsTheyDoUnlessTheHorizonIsSaid) {
+  write("first.toml", part("first", 0.3));
+  std::string text = chain(
+      "[[skill]]\nfile = \"first.toml\"\n[[skill]]\nname = \"second\"\nfile = \"first.toml\"\n");
+  text.replace(text.find("horizon = 5"), 11, "");
+  EXPECT_NEAR(Skill::fromFile(write("chain.toml", text))->horizon, 0.6, 1e-12);
 }
 
 TEST_F(Parts, ARunsBestTrialMayBeAPart) {
@@ -494,7 +538,7 @@ TEST_F(Parts, WhatCannotBeAPartIsSaid) {
     EXPECT_NE(said(row + second).find(words), std::string::npos) << said(row + second);
   };
   expect("[[skill]]\nfile = \"none.toml\"\n", "none.toml");
-  expect("[[skill]]\nfile = \"chain.toml\"\nname = \"first\"\n", "does one name itself?");
+  expect("[[skill]]\nfile = \"chain.toml\"\nname = \"first\"\n", "is a part of itself");
   expect("[[skill]]\nfile = \"first.toml\"\nparameters = { c = 1 }\n", "c");
   expect("[[skill]]\nfile = \"first.toml\"\nname = \"second\"\n", "have this name");
   std::string other = part("first", 0.3);
@@ -506,6 +550,39 @@ TEST_F(Parts, WhatCannotBeAPartIsSaid) {
   expect("[[skill]]\nname = \"first\"\nfile = \"quick.toml\"\n", "\"time_step\": 0.002 s");
 }
 
+TEST(SkillWords, TheLastPhaseMayEndToo) {
+  const auto skill =
+      fromText(standing(0.4, "stop = \"ended.two\"", "until = \"phase_time >= 0.2\""));
+  const Rollout r = run(skill);
+  EXPECT_EQ(r.ended, "stop");
+  EXPECT_NEAR(r.time, 0.3, 1e-9);
+}
+
+TEST(SkillWords, NumbersThatAreNoneMakeAFailedTrial) {
+  const auto skill = fromText(standing(0.1, "", "", "", "height = \"sqrt(a - 0.2)\""));
+  Runner runner(skill);
+  VectorXd x(1);
+  x << 0.1;
+  const Rollout r = runner.run(x, 0.25);
+  EXPECT_TRUE(r.diverged);
+  EXPECT_EQ(r.ended, "diverged");
+  EXPECT_FALSE(runner.run(skill->initialParameters(), 0.25).diverged);
+  EXPECT_NE(mistakes(standing(0.1, "", "", "", "height = \"sqrt(a - 2)\"")).find("[start]"),
+            std::string::npos);
+  EXPECT_NE(mistakes(standing(0.1, "", "", "", "height = -0.1")).find("begins inside"),
+            std::string::npos);
+}
+
+TEST(SkillWords, AFactorBelowZeroIsZero) {
+  const auto end = [](const std::string& factor) {
+    const auto skill = fromText(standing(0.3, "", "", "stiffness = \"" + factor + "\"", "", 0.3));
+    Runner runner(skill);
+    runner.run(skill->initialParameters(), 0.25);
+    return runner.ending().world.state().q;
+  };
+  EXPECT_EQ(end("1 - phase_time / 0.1"), end("max(0, 1 - phase_time / 0.1)"));
+}
+
 TEST(SkillWords, EachMistakeIsSaid) {
   const auto expect = [](const std::string& text, const std::string& words) {
     EXPECT_NE(mistakes(text).find(words), std::string::npos) << words << "\n" << mistakes(text);
@@ -513,6 +590,11 @@ TEST(SkillWords, EachMistakeIsSaid) {
   const auto phase = [&](const std::string& text, const std::string& words) {
     expect(standing(1, "", "", text), words);
   };
+  phase("[[phase.force]]\ncom = false\nforce = [0, 0, 1]", "\"bodies\" is missing");
+  phase("[[phase.force]]\ncom = true\ntouching = true\nforce = [0, 0, 1]", "\"against\" with it");
+  phase("[[phase.force]]\nbodies = []\nforce = [0, 0, 1]", "at least one body");
+  phase("[[phase.reach.goal]]\nof = \"feet\"\nroll = 0", "expected one body");
+  phase("[[phase.reach.goal]]\nof = \"torso\"\nfrom = \"com\"\nroll = 0", "expected x, y, z");
   phase("stiffness = { thihg = 1 }", "Did you mean \"thigh\"?");
   phase("damping = [1]", "expected a number or an expression");
   phase("[[phase.force]]\nbodies = [\"feet\"]\npoints = [\"head\"]\nforce = [0, 0, 1]",
@@ -525,14 +607,19 @@ TEST(SkillWords, EachMistakeIsSaid) {
         "no body named \"foot\"");
   phase("[phase.reach]\nhold = [\"feet\"]", "expected at least one goal");
   phase("[[phase.reach.goal]]\nof = \"com\"", "expected where it should be");
-  phase("[[phase.reach.goal]]\nof = \"com\"\nroll = 0", "expected a body");
+  phase("[[phase.reach.goal]]\nof = \"com\"\nroll = 0", "expected one body");
   phase("[[phase.reach.goal]]\nof = \"comm\"\nx = 0", "expected \"com\", a contact point");
   phase("[phase.reach]\nevery = -1\n[[phase.reach.goal]]\nof = \"com\"\nx = 0",
         "expected seconds >= 0");
-  expect(standing(1, "", "[[push]]\nbody = \"torso\"\nforce = [1, 0, 0]"), "\"at\": expected when");
-  expect(standing(1, "", "[[push]]\nbody = \"tors\"\nforce = [1, 0, 0]\nat = 1"),
+  expect(standing(1, "", "[[push]]\nbody = \"torso\"\nforce = [1, 0, 0]"),
+         "\"start\": expected when");
+  expect(standing(1, "", "[[push]]\nbody = \"tors\"\nforce = [1, 0, 0]\nstart = 1"),
          "Did you mean \"torso\"?");
-  expect(standing(1, "", "[[push]]\nbody = \"torso\"\nat = 1"), "\"force\": expected a list");
+  expect(standing(1, "", "[[push]]\nbody = \"torso\"\nstart = 1"), "\"force\": expected a list");
+  expect(standing(1, "", "[constants]\nx = \"1/0\""), "finite");
+  expect(standing(1, "", "[constants]\nxx = 1\ny = \"xxx\""), "Did you mean \"xx\"?");
+  expect(standing(1, "", "[[push]]\nbody = \"feet\"\nforce = [1, 0, 0]\nstart = 1"), "is a group");
+  expect(standing(1, "", "[[feedback]]\njoints = [\"hip\"]"), "\"add\" is missing");
   expect(standing(1, "stop = \"ended.thre\"", ""), "nothing here is named \"ended.thre\"");
   expect(standing(1, "", "[measures]\nx = { of = 1, take = \"last\", when = \"nothing\" }"),
          "nothing here is named \"nothing\"");

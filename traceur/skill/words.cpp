@@ -15,10 +15,6 @@ namespace {
 /// More would take longer to check than a person waits, and nobody practises so many [ours].
 constexpr int kMostExpressions = 5000;
 
-bool holds(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 }  // namespace
 
 void Words::declare(const TomlReader& row, std::string_view key, const std::string& name) {
@@ -34,7 +30,10 @@ void Words::declare(const TomlReader& row, std::string_view key, const std::stri
   if (kOurs.contains(name)) {
     row.fail(key, fmt::format("\"{}\" has a meaning of its own: expected another name", name));
   } else if (!names_.insert(name).second) {
-    row.fail(key, fmt::format("\"{}\": two parameters, measures or failures have this name", name));
+    row.fail(key,
+             fmt::format("\"{}\": two parameters, measures, failures, constants or parts have this "
+                         "name",
+                         name));
   }
 }
 
@@ -52,7 +51,11 @@ std::vector<bool> Words::during(const TomlReader& row) {
   const std::vector<std::string> phases = skill_->phaseNames();
   std::vector<bool> in(phases.size(), !row.has("during"));
   if (!row.has("during")) return in;
-  for (const std::string& name : row.strings("during")) {
+  const std::vector<std::string> named = row.strings("during");
+  if (named.empty() && row.find("during")->isArray()) {
+    row.fail("during", "\"during\": expected at least one phase");
+  }
+  for (const std::string& name : named) {
     bool part = false;  // all of its phases
     for (const Part& p : skill_->parts) part = part || p.name == name;
     for (size_t i = 0; part && i < phases.size(); ++i) {
@@ -130,6 +133,10 @@ std::vector<sim::BodyId> Words::bodiesNamed(const std::string& name) const {
 
 std::vector<sim::BodyId> Words::bodies(const TomlReader& row, const char* key) {
   std::vector<sim::BodyId> out;
+  const TomlValue* list = row.find(key);
+  if (list && list->isArray() && list->array().empty()) {
+    row.fail(key, fmt::format("\"{}\": expected at least one body", key));
+  }
   for (const std::string& name : row.strings(key)) {
     try {
       for (const sim::BodyId body : bodiesNamed(name)) out.push_back(body);
@@ -186,21 +193,32 @@ double Words::value(const TomlReader& row, const char* key, double otherwise) {
 }
 
 double Words::value(const TomlValue& v) {
-  const control::Expression e(expression(v, Scope::kConstant), [&](const std::string& name) {
-    for (const auto& [known, value] : skill_->constants) {
-      if (known == name) return &value;
-    }
-    return static_cast<const double*>(nullptr);
-  });
-  return e.value();
+  const double value = constant(expression(v, Scope::kConstant)).value_or(0);
+  if (std::isfinite(value)) return value;
+  diagnostics_->add(v.line, v.column, "expected a finite number");
+  return 0;
 }
 
-bool Words::moves(const std::string& expression) const {
-  const std::vector<std::string> fixed = plainNames(Scope::kSetup);
-  for (const std::string& name : control::Expression::namesIn(expression)) {
-    if (!holds(fixed, name)) return true;
+std::optional<double> Words::constant(const std::string& expression) const {
+  try {
+    return control::Expression(expression,
+                               [&](const std::string& name) {
+                                 for (const auto& [known, value] : skill_->constants) {
+                                   if (known == name) return &value;
+                                 }
+                                 return static_cast<const double*>(nullptr);
+                               })
+        .value();
+  } catch (const InputError&) {
+    return std::nullopt;
   }
-  return false;
+}
+
+void Words::stagesKnown() {
+  for (const std::string& stage : skill_->stageNames()) {
+    stages_.insert("in." + stage);
+    stages_.insert("ended." + stage);
+  }
 }
 
 std::string Words::expression(const TomlValue& v, Scope scope) {
@@ -223,11 +241,19 @@ std::string Words::expression(const TomlValue& v, Scope scope) {
   try {
     for (const std::string& name : control::Expression::namesIn(v.string())) {
       if (known(scope, name)) continue;
-      if (scope == Scope::kConstant) {
-        return fail(fmt::format("\"{}\": the start is the same in every trial: expected a number",
-                                v.string()));
-      }
       const std::vector<std::string> candidates = names(scope);
+      if (scope == Scope::kConstant) {
+        return fail(
+            fmt::format("\"{}\": the same in every trial: expected a number, or one of "
+                        "constants above it.{}",
+                        v.string(), didYouMean(name, candidates)));
+      }
+      if (scope == Scope::kVerdict && signals_ && signals_->find(name)) {
+        return fail(
+            fmt::format("\"{}\": \"{}\" is a signal: expected names of measures, which "
+                        "are taken from signals",
+                        v.string(), name));
+      }
       return fail(fmt::format("\"{}\": nothing here is named \"{}\".{}", v.string(), name,
                               didYouMean(name, candidates)));
     }
@@ -238,21 +264,40 @@ std::string Words::expression(const TomlValue& v, Scope scope) {
   return v.string();
 }
 
-bool Words::known(Scope scope, const std::string& name) {
-  if (holds(plainNames(scope), name)) return true;
-  if (scope == Scope::kVerdict) return knownOfPart(name);
-  return scope == Scope::kRunning && signals_->find(name);
+namespace {
+
+bool has(const auto& rows, const std::string& name) {
+  return std::any_of(rows.begin(), rows.end(), [&](const auto& row) { return row.name == name; });
 }
 
-bool Words::knownOfPart(const std::string& name) const {
-  for (const Part& part : skill_->parts) {
-    if (!name.starts_with(part.name + ".")) continue;
-    const std::string rest = name.substr(part.name.size() + 1);
-    if (rest == "cost") return true;
-    Diagnostics none("");
-    if (Words(*part.skill, none).known(Scope::kVerdict, rest)) return true;
+/// Whether a verdict of the skill may have the name.
+bool knownInVerdict(const Skill& skill, const std::string& name) {
+  if (name == "task" || name == "horizon" || name == "time") return true;
+  for (const auto& [known, unused] : skill.constants) {
+    if (known == name) return true;
   }
-  return false;
+  if (has(skill.parameters, name) || has(skill.measures, name) || has(skill.failures, name)) {
+    return true;
+  }
+  return std::any_of(skill.parts.begin(), skill.parts.end(), [&](const Part& part) {
+    if (!name.starts_with(part.name + ".")) return false;
+    const std::string rest = name.substr(part.name.size() + 1);
+    return rest == "cost" || knownInVerdict(*part.skill, rest);
+  });
+}
+
+}  // namespace
+
+bool Words::known(Scope scope, const std::string& name) {
+  if (name == "pi") return true;
+  for (const auto& [constant, unused] : skill_->constants) {
+    if (constant == name) return true;
+  }
+  if (scope == Scope::kConstant) return false;
+  if (scope == Scope::kVerdict) return knownInVerdict(*skill_, name);
+  if (name == "task" || name == "horizon" || has(skill_->parameters, name)) return true;
+  if (scope == Scope::kSetup) return false;
+  return name == "time" || name == "phase_time" || stages_.contains(name) || signals_->find(name);
 }
 
 std::vector<std::string> Words::plainNames(Scope scope) const {
@@ -263,10 +308,7 @@ std::vector<std::string> Words::plainNames(Scope scope) const {
   for (const ParamSpec& p : skill_->parameters) out.push_back(p.name);
   if (scope == Scope::kRunning) {
     out.insert(out.end(), {"time", "phase_time"});
-    for (const std::string& stage : skill_->stageNames()) {
-      out.push_back("in." + stage);
-      out.push_back("ended." + stage);
-    }
+    out.insert(out.end(), stages_.begin(), stages_.end());
   }
   if (scope == Scope::kVerdict) {
     out.push_back("time");

@@ -10,7 +10,7 @@
 
 #include "traceur/control/signals.h"
 #include "traceur/core/toml.h"
-#include "traceur/skill/names.h"
+#include "traceur/skill/scope.h"
 #include "traceur/skill/skill.h"
 
 namespace traceur::skill {
@@ -22,11 +22,13 @@ class Words {
   Words(const Skill& skill, Diagnostics& diagnostics)
       : skill_(&skill), diagnostics_(&diagnostics) {}
 
+  /// The skill has its phases or parts now.
+  void stagesKnown();
   /// The skill has its model now.
   void modelKnown() { signals_ = std::make_unique<control::Signals>(skill_->model); }
 
   /// Notes at `key` a name that cannot be spelled or that means two things: a trial's end is a
-  /// failure's name, and expressions name parameters, constants, measures and failures.
+  /// failure's name, and expressions name parameters, constants, measures, failures and parts.
   void declare(const TomlReader& row, std::string_view key, const std::string& name);
 
   /// A number or an expression, checked: the text that control::Expression takes.
@@ -38,8 +40,8 @@ class Words {
   /// The value of an expression of constants.
   double value(const TomlReader& row, const char* key, double otherwise);
   double value(const TomlValue& v);
-  /// Whether an expression of kRunning changes while a phase lasts.
-  bool moves(const std::string& expression) const;
+  /// The value of an expression that names nothing that changes; nothing for another.
+  std::optional<double> constant(const std::string& expression) const;
 
   /// The joints a word means, with signs.
   std::vector<std::pair<int, double>> joints(const TomlReader& row, const std::string& key,
@@ -61,15 +63,15 @@ class Words {
  private:
   std::vector<sim::BodyId> bodiesNamed(const std::string& name) const;
   bool known(Scope scope, const std::string& name);
-  bool knownOfPart(const std::string& name) const;
   std::vector<std::string> plainNames(Scope scope) const;
   std::vector<std::string> names(Scope scope) const;
 
   const Skill* skill_;
   Diagnostics* diagnostics_;
   std::unique_ptr<control::Signals> signals_;
-  int expressions_ = 0;          // checked so far
-  std::set<std::string> names_;  // declared
+  int expressions_ = 0;           // checked so far
+  std::set<std::string> names_;   // declared
+  std::set<std::string> stages_;  // in.NAME, ended.NAME
 };
 
 }  // namespace traceur::skill
