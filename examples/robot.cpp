@@ -16,7 +16,8 @@ int main() {
     sim::World world(model);
     world.reset(stand);
     control::Actuation actuation(control::defaultController(model));
-    control::Command command{.target = control::targetOf(*model, stand)};
+    control::Command command;
+    command.target = control::targetOf(*model, stand);
     sim::Torque torque;
     for (int i = 0; i < 1000; ++i) {  // a second
       actuation.torque(world.snapshot(), command, torque);

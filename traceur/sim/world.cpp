@@ -78,7 +78,8 @@ void World::step(const Torque& torque) {
   if (out_of_room_) return;
   Eigen::Map<VectorXd>(data_->ctrl, m->nu) = torque.tau;
   // No contact whose force is being solved for: the step will be one of flight.
-  const bool flies = model_->gravityAlone() && !pushed_ && !snapshot_.willTouchWorld();
+  const bool awake = data_->body_awake[model_->root().value] == mjS_AWAKE;
+  const bool flies = awake && model_->gravityAlone() && !pushed_ && !snapshot_.willTouchWorld();
   const Vector3d v_before = flies ? snapshot_.comVelocity() : Vector3d::Zero();
   // reset() and the end of step() leave positions and velocities evaluated, so the second half
   // comes first: between the halves the engine still holds the forces it has just solved for.
@@ -102,29 +103,13 @@ void World::step(const Torque& torque) {
   snapshot_.has_com_velocity_ = snapshot_.has_angular_momentum_ = false;
 }
 
-void World::wake(BodyId body) {
-  const mjModel* m = model_->raw();
-  const int tree = m->body_treeid[body.value];
-  if (tree < 0 || data_->tree_asleep[tree] < 0) return;
-  // Those that sleep as one are a cycle, each naming the next.
-  for (int t = tree; data_->tree_asleep[t] >= 0;) {
-    const int next = data_->tree_asleep[t];
-    data_->tree_asleep[t] = -(1 + mjMINAWAKE);
-    t = next;
-  }
-  out_of_room_ = !completes(
-      [](const mjModel* model, mjData* data) {
-        mj_fwdPosition(model, data);
-        mj_fwdVelocity(model, data);
-      },
-      m, data_);
-}
-
 void World::push(BodyId body, const Vector3d& force, const Vector3d& moment) {
-  wake(body);
   pushed_ = true;
   Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value) = force;
   Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value + 3) = moment;
+  // The engine wakes what is pushed as a step begins, which ours does in its middle.
+  const bool sleeps = data_->body_awake[body.value] == mjS_ASLEEP;
+  if (sleeps && !out_of_room_) out_of_room_ = !completes(mj_forward, model_->raw(), data_);
 }
 
 void World::endPushes() {

@@ -83,7 +83,6 @@ class World {
   mjData_* raw() { return data_; }
 
  private:
-  void wake(BodyId body);
   void check(const State& state, const char* caller) const;
   void write(const State& state);
 
