@@ -1,6 +1,6 @@
 // How much of a rollout is the physics engine? Ratios within one run, so that the machine's mood
 // cancels: the whole rollout loop against a bare mj_step loop with the same model, time step and
-// torques; two threads against one.
+// torques; two threads against one; props at rest against none.
 //
 //     build/release/bench/bench_rollout [SKILL.toml ...]        default: jump, kick and walk
 #include <mujoco/mujoco.h>
@@ -15,6 +15,7 @@
 
 #include "traceur/core/random.h"
 #include "traceur/core/thread_pool.h"
+#include "traceur/core/toml.h"
 #include "traceur/sim/world.h"
 #include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
@@ -131,6 +132,39 @@ void measure(const std::string& file) {
   mj_deleteData(d);
 }
 
+/// CPU seconds of rollouts of a skill among so many boxes at rest, relative to none.
+void measureProps(const std::string& file) {
+  const auto among = [&](int boxes, bool sleep) {
+    std::string text = readFile(file);
+    std::string rows = sleep ? "sleep = true\n" : "";
+    for (int i = 0; i < boxes; ++i) {
+      rows += "[[scene.box]]\nname = \"box " + std::to_string(i) + "\"\nsize = [0.1, 0.1, 0.1]\n" +
+              "mass = 1\nat = [" + std::to_string(2 + 0.3 * i) + ", 2, 0.05]\n";
+    }
+    const std::string scene = "[scene]\nfriction = 1.0\n";
+    text.insert(text.find(scene) + scene.size(), rows);
+    return std::make_unique<skill::Runner>(skill::Skill::fromText(text, file));
+  };
+  const auto alone = among(0, false);
+  const auto seconds = [](skill::Runner& runner, const skill::Skill& skill) {
+    const double t = cpuSeconds();
+    runner.run(skill.initialParameters(), skill.task.initial);
+    return cpuSeconds() - t;
+  };
+  const auto skill = skill::Skill::fromFile(file);
+  for (const bool sleep : {false, true}) {
+    const auto crowd = among(20, sleep);
+    std::vector<double> ratios;
+    for (int pair = 0; pair < kPairs; ++pair) {
+      const double without = seconds(*alone, *skill);
+      ratios.push_back(seconds(*crowd, *skill) / without);
+    }
+    print(sleep ? "20 boxes at rest that may sleep, CPU relative to none"
+                : "20 boxes at rest that may not, CPU relative to none",
+          ratios);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -141,4 +175,5 @@ int main(int argc, char** argv) {
     }
   }
   for (const std::string& file : files) measure(file);
+  measureProps("skills/bioloid-gp/jump.toml");
 }
