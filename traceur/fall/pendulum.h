@@ -20,10 +20,10 @@ enum class PostImpact {
 
 /// What is constant during a fall. The sagittal plane: x along the fall, y up, both from the pivot.
 struct PendulumModel {
-  double mass = 0;        ///< [kg]
-  double inertia = 0;     ///< of the body about its COM, of the pose the fall begins in [kg·m²]
+  double mass = 0;     ///< [kg]
+  double inertia = 0;  ///< of the body about its COM, of the pose the fall begins in [kg·m²]
   double gravity = kGravity;  ///< [m/s²]
-  double step = 0.001;    ///< of the integration [s]
+  double step = 0.001;        ///< of the integration [s]
   PostImpact post_impact = PostImpact::kComVelocity;
   /// The author's published trace was made with the opposite sign of the Coriolis term; only for
   /// comparing with it.
