@@ -233,19 +233,29 @@ void ContextualCma::noteCurve() {
   if (family.cost < (best_ ? best_->cost : kInfinity)) best_ = std::move(family);
 }
 
-void ContextualCma::adapt(const MatrixXd& all_costs) {
-  ContextualCmaState& s = state_;
+/// What an update learns from: for each of M tasks the samples of the generation, and behind them
+/// the elites.
+struct ContextualCma::Seen {
+  MatrixXd X;         // (n x λ')
+  MatrixXd costs;     // (M x λ')
+  MatrixXd squared;   // (M x λ') ‖C^(-1/2)(x_k - m_i)/σ‖²
+  MatrixXd r;         // (M x λ') importance
+  MatrixXd W;         // (M x λ') positive weights, rows sum to 1
+  MatrixXd negative;  // (M x λ'), rows sum to -1
+  /// (M) how much a task has to say: nothing without samples near it, and no more than all others.
+  VectorXd heard;
+};
+
+Eigen::RowVectorXd ContextualCma::squaredLengths(const MatrixXd& x, const VectorXd& mean) const {
+  const MatrixXd y = D_.cwiseInverse().asDiagonal() *
+                     (eigen_.vectors().transpose() * (x.colwise() - mean)) / state_.sigma;
+  return y.colwise().squaredNorm();
+}
+
+ContextualCma::Seen ContextualCma::seen(const MatrixXd& all_costs, const MatrixXd& Phi) const {
+  const ContextualCmaState& s = state_;
   const int n = dimension();
   const int M = static_cast<int>(anchors_.size());
-  const int K = options_.control_points;
-  const MatrixXd& B = eigen_.vectors();
-  const MatrixXd Phi = Phi_(Eigen::all, anchors_);
-  const auto squared_lengths = [&](const MatrixXd& x, int i) {  // ‖C^(-1/2)(x_k - m_i)/σ‖²
-    const MatrixXd y = D_.cwiseInverse().asDiagonal() *
-                       (B.transpose() * (x.colwise() - s.A * Phi.col(i))) / s.sigma;
-    return Eigen::RowVectorXd(y.colwise().squaredNorm());
-  };
-
   // The samples, and behind them each task's elite: once, however many tasks it is the best of.
   const double farthest = std::sqrt(n) + 2.0 * n / (n + 2);
   // Where the curve was mirrored, its image is the same sample on the curve's side.
@@ -266,74 +276,89 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
       const double cost = e.costs[anchors_[i]];
       if (!std::isnan(cost) && (!best || cost < best->costs[anchors_[i]])) best = &e;
     }
-    if (!best || squared_lengths(best->x, i)[0] > farthest * farthest) continue;
+    if (!best || squaredLengths(best->x, s.A * Phi.col(i))[0] > farthest * farthest) continue;
     const auto known = std::find(elites.begin(), elites.end(), best);
     serves.push_back({i, static_cast<int>(known - elites.begin())});
     if (known == elites.end()) elites.push_back(best);
   }
   const int lambda = s.lambda + static_cast<int>(elites.size());
-  MatrixXd X(n, lambda);
-  MatrixXd costs(M, lambda);
-  X.leftCols(s.lambda) = X_;
-  costs.leftCols(s.lambda) = all_costs(anchors_, Eigen::all);
+  Seen seen;
+  seen.X.resize(n, lambda);
+  seen.costs.resize(M, lambda);
+  seen.X.leftCols(s.lambda) = X_;
+  seen.costs.leftCols(s.lambda) = all_costs(anchors_, Eigen::all);
   for (int k = s.lambda; k < lambda; ++k) {
     const ContextualCmaState::Elite& e = *elites[k - s.lambda];
-    X.col(k) = e.x;
-    costs.col(k) = Eigen::Map<const VectorXd>(e.costs.data(), tasks())(anchors_);
+    seen.X.col(k) = e.x;
+    seen.costs.col(k) = Eigen::Map<const VectorXd>(e.costs.data(), tasks())(anchors_);
   }
-
   // Importance of each sample for each task, and its distance in units of the distribution.
-  MatrixXd squared(M, lambda);
-  for (int i = 0; i < M; ++i) squared.row(i) = squared_lengths(X, i);
-  MatrixXd r = MatrixXd::Zero(M, lambda);
+  seen.squared.resize(M, lambda);
+  for (int i = 0; i < M; ++i) seen.squared.row(i) = squaredLengths(seen.X, s.A * Phi.col(i));
+  seen.r = MatrixXd::Zero(M, lambda);
   for (int k = 0; k < s.lambda; ++k) {
-    const double nearest = squared.col(k).minCoeff();
-    r.col(k) = (-(squared.col(k).array() - nearest) / 2).exp();
-    r.col(k) /= r.col(k).mean();
+    const double nearest = seen.squared.col(k).minCoeff();
+    seen.r.col(k) = (-(seen.squared.col(k).array() - nearest) / 2).exp();
+    seen.r.col(k) /= seen.r.col(k).mean();
   }
-  for (const auto& [i, e] : serves) r(i, s.lambda + e) = 1;
+  for (const auto& [i, e] : serves) seen.r(i, s.lambda + e) = 1;
+  return seen;
+}
 
+/// Ranks a task's samples by cost and weighs them.
+void ContextualCma::weigh(int i, Seen& seen) {
   // ∫ -ln 2u du over the better half and over the worse.
   const auto logarithmic = [](double u) { return u > 0 ? u - u * std::log(2 * u) : 0; };
   const auto best = [&](double u) { return logarithmic(std::min(u, 0.5)); };
   const auto worst = [&](double u) { return logarithmic(std::max(u, 0.5)); };
-  MatrixXd W = MatrixXd::Zero(M, lambda);         // positive weights, rows sum to 1
-  MatrixXd negative = MatrixXd::Zero(M, lambda);  // rows sum to -1
-  // How much a task has to say: nothing without samples near it, and no more than all others.
-  VectorXd heard = VectorXd::Zero(M);
+  const auto lambda = static_cast<int>(seen.X.cols());
   std::vector<int> order(lambda);
-  for (int i = 0; i < M; ++i) {
-    std::iota(order.begin(), order.end(), 0);
-    const auto meaningful = std::stable_partition(order.begin(), order.end(),
-                                                  [&](int k) { return !std::isnan(costs(i, k)); });
-    std::stable_sort(order.begin(), meaningful,
-                     [&](int a, int b) { return costs(i, a) < costs(i, b); });
-    double total = 0;
-    for (auto k = order.begin(); k != meaningful; ++k) total += r(i, *k);
-    if (!(total > 0)) continue;
-    const double all = r.row(i).sum();
-    double before = 0;
-    for (auto k = order.begin(); k != order.end(); ++k) {
-      const double after = before + r(i, *k);
-      if (k < meaningful) {
-        W(i, *k) = std::max(0.0, best(after / total) - best(before / total));
-      }
-      negative(i, *k) = std::min(0.0, worst(after / all) - worst(before / all));
-      before = after;
+  std::iota(order.begin(), order.end(), 0);
+  const auto meaningful = std::stable_partition(
+      order.begin(), order.end(), [&](int k) { return !std::isnan(seen.costs(i, k)); });
+  std::stable_sort(order.begin(), meaningful,
+                   [&](int a, int b) { return seen.costs(i, a) < seen.costs(i, b); });
+  double total = 0;
+  for (auto k = order.begin(); k != meaningful; ++k) total += seen.r(i, *k);
+  if (!(total > 0)) return;
+  const double all = seen.r.row(i).sum();
+  double before = 0;
+  for (auto k = order.begin(); k != order.end(); ++k) {
+    const double after = before + seen.r(i, *k);
+    if (k < meaningful) {
+      seen.W(i, *k) = std::max(0.0, best(after / total) - best(before / total));
     }
-    const double sum = W.row(i).sum();
-    if (!(sum > 0)) {
-      W.row(i).setZero();
-      negative.row(i).setZero();
-      continue;
-    }
-    heard[i] = std::min(1.0, total / (0.5 * lambda));
-    W.row(i) /= sum;
-    const double below = -negative.row(i).sum();
-    if (below > 0) negative.row(i) /= below;
+    seen.negative(i, *k) = std::min(0.0, worst(after / all) - worst(before / all));
+    before = after;
   }
-  if (!(heard.sum() > 0)) return;
-  heard /= heard.sum();
+  const double sum = seen.W.row(i).sum();
+  if (!(sum > 0)) {
+    seen.W.row(i).setZero();
+    seen.negative.row(i).setZero();
+    return;
+  }
+  seen.heard[i] = std::min(1.0, total / (0.5 * lambda));
+  seen.W.row(i) /= sum;
+  const double below = -seen.negative.row(i).sum();
+  if (below > 0) seen.negative.row(i) /= below;
+}
+
+void ContextualCma::adapt(const MatrixXd& all_costs) {
+  ContextualCmaState& s = state_;
+  const int n = dimension();
+  const int M = static_cast<int>(anchors_.size());
+  const int K = options_.control_points;
+  const MatrixXd& B = eigen_.vectors();
+  const MatrixXd Phi = Phi_(Eigen::all, anchors_);
+  Seen seen = this->seen(all_costs, Phi);
+  const auto lambda = seen.X.cols();
+  seen.W = MatrixXd::Zero(M, lambda);
+  seen.negative = MatrixXd::Zero(M, lambda);
+  seen.heard = VectorXd::Zero(M);
+  for (int i = 0; i < M; ++i) weigh(i, seen);
+  if (!(seen.heard.sum() > 0)) return;
+  seen.heard /= seen.heard.sum();
+  const VectorXd& heard = seen.heard;
 
   // The curve's step. A trace of ridge keeps G regular when few tasks have anything to say.
   MatrixXd G = MatrixXd::Zero(K, K);
@@ -341,16 +366,16 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   for (int i = 0; i < M; ++i) {
     if (!(heard[i] > 0)) continue;
     const VectorXd m = s.A * Phi.col(i);
-    moved += heard[i] * (X * W.row(i).transpose() - m) * Phi.col(i).transpose();
+    moved += heard[i] * (seen.X * seen.W.row(i).transpose() - m) * Phi.col(i).transpose();
     G += heard[i] * Phi.col(i) * Phi.col(i).transpose();
   }
   G += 1e-8 * G.trace() * MatrixXd::Identity(K, K);
   const Eigen::LLT<MatrixXd> llt(G);
   const MatrixXd delta_A = llt.solve(moved.transpose()).transpose();
   const MatrixXd G_root = llt.matrixL();  // G = L Lᵀ: ΔA L has the norm of ΔA G^(1/2)
-  const MatrixXd PhiW = Phi * heard.asDiagonal() * W;  // (K x λ)
+  const MatrixXd PhiW = Phi * heard.asDiagonal() * seen.W;  // (K x λ)
   const double mu_w = K / (llt.solve(PhiW * PhiW.transpose())).trace();
-  const VectorXd pooled = W.transpose() * heard;
+  const VectorXd pooled = seen.W.transpose() * heard;
   const double mu = 1 / pooled.squaredNorm();
 
   const double N = n * K;
@@ -377,32 +402,48 @@ void ContextualCma::adapt(const MatrixXd& all_costs) {
   s.p_c *= 1 - c_c;
   if (h_sigma) s.p_c += std::sqrt(c_c * (2 - c_c) * mu_w) * step;
 
-  // Negative weights as in CMA-ES: their sum bounded, each step scaled to the length of a sample.
-  const double negative_norm = (negative.transpose() * heard).squaredNorm();
+  learnCovariance(seen, old_A, Phi,
+                  {.c_1 = c_1, .c_mu = c_mu, .mu = mu, .delta = h_sigma ? 0 : c_c * (2 - c_c)});
+  s.sigma *= std::exp(std::min(1.0, c_sigma / d_sigma * (length / chi - 1)));
+
+  narrow();
+}
+
+/// The covariance's path and its samples. Negative weights as in CMA-ES: their sum bounded, each
+/// step scaled to the length of a sample.
+void ContextualCma::learnCovariance(const Seen& seen, const MatrixXd& A, const MatrixXd& Phi,
+                                    const Rates& rates) {
+  ContextualCmaState& s = state_;
+  const int n = dimension();
+  const int K = options_.control_points;
+  const auto& [c_1, c_mu, mu, delta] = rates;
+  const double negative_norm = (seen.negative.transpose() * seen.heard).squaredNorm();
   const double mu_minus = negative_norm > 0 ? 1 / negative_norm : 0;
   const double alpha =
       std::min({1 + c_1 / c_mu, 1 + 2 * mu_minus / (mu + 2), (1 - c_1 - c_mu) / (n * c_mu)});
-  const double delta = h_sigma ? 0 : c_c * (2 - c_c);
   MatrixXd learned = MatrixXd::Zero(n, n);
   double weight_sum = 0;
-  for (int i = 0; i < M; ++i) {
-    if (!(heard[i] > 0)) continue;
-    const MatrixXd Y = (X.colwise() - old_A * Phi.col(i)) / s.sigma;
-    VectorXd w = W.row(i).transpose();
-    for (int k = 0; k < lambda; ++k) {
-      double low = alpha * negative(i, k);
-      if (std::isnan(costs(i, k))) low *= kWeightOfFailure;
-      weight_sum += heard[i] * (w[k] + low);
-      w[k] += low * n / std::max(squared(i, k), 1e-300);
+  for (int i = 0; i < seen.heard.size(); ++i) {
+    if (!(seen.heard[i] > 0)) continue;
+    const MatrixXd Y = (seen.X.colwise() - A * Phi.col(i)) / s.sigma;
+    VectorXd w = seen.W.row(i).transpose();
+    for (int k = 0; k < seen.X.cols(); ++k) {
+      double low = alpha * seen.negative(i, k);
+      if (std::isnan(seen.costs(i, k))) low *= kWeightOfFailure;
+      weight_sum += seen.heard[i] * (w[k] + low);
+      w[k] += low * n / std::max(seen.squared(i, k), 1e-300);
     }
-    learned += Y * (heard[i] * w).asDiagonal() * Y.transpose();
+    learned += Y * (seen.heard[i] * w).asDiagonal() * Y.transpose();
   }
   s.C = (1 + c_1 * delta - c_1 - c_mu * weight_sum) * s.C + c_1 / K * s.p_c * s.p_c.transpose() +
         c_mu * learned;
   s.C = (s.C + s.C.transpose()).eval() / 2;
+}
 
-  s.sigma *= std::exp(std::min(1.0, c_sigma / d_sigma * (length / chi - 1)));
-
+/// Keeps the distribution from growing far beyond the box.
+void ContextualCma::narrow() {
+  ContextualCmaState& s = state_;
+  const int n = dimension();
   for (int i = 0; i < n; ++i) {
     const double width = bounds_.width(i);
     if (!std::isfinite(width)) continue;

@@ -140,7 +140,17 @@ class ContextualCma : public FamilyOptimizer {
   void beginRun();
   void draw();
   void update();
+  struct Seen;
+  struct Rates {
+    double c_1, c_mu, mu, delta;
+  };
+  Eigen::RowVectorXd squaredLengths(const MatrixXd& x, const VectorXd& mean) const;
+  Seen seen(const MatrixXd& all_costs, const MatrixXd& Phi) const;
+  static void weigh(int i, Seen& seen);
   void adapt(const MatrixXd& all_costs);
+  void learnCovariance(const Seen& seen, const MatrixXd& A, const MatrixXd& Phi,
+                       const Rates& rates);
+  void narrow();
   void keepElites(const MatrixXd& all_costs);
   MatrixXd unbroken(MatrixXd A) const;
   void noteCurve();
