@@ -150,7 +150,8 @@ std::string Expression::spelled(const std::string& name) {
 Expression::Expression(const std::string& text, const Lookup& lookup)
     : parser_(std::make_unique<Parser>(text)) {
   const auto names = reading(text, [&] { return parser_->parser.GetUsedVar(); });
-  for (const auto& [inside, unused] : names) {
+  for (const auto& used : names) {
+    const std::string& inside = used.first;
     const std::string& name = parser_->written(inside);
     const double* place = lookup(name);
     if (!place) throw InputError(fmt::format("\"{}\": nothing is named \"{}\"", text, name));
