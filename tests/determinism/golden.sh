@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# The first 48 trials of three skills have the bits they had when these prints were taken. They may
-# differ with another engine or kind of processor; then this is skipped. Whoever changes what a trial
-# or a search does on purpose writes the new prints here, and says why.
+# The first 48 trials of three skills, and falls of two robots by every way there is, have the bits
+# they had when these prints were taken. They may differ with another engine or kind of processor;
+# then this is skipped. Whoever changes what a trial or a search does on purpose writes the new prints
+# here, and says why.
 # usage: golden.sh TRACEUR
 set -eu
 traceur=$1
@@ -27,4 +28,12 @@ for skill in "${!prints[@]}"; do
   [ "$got" = "${prints[$skill]}" ] ||
     { echo "$skill: expected trials_hash ${prints[$skill]}, got $got"; wrong=1; }
 done
+falls() {  # ROBOT STANCE DIRECTION PUSH EXPECTED
+  local got
+  got=$(XDG_CACHE_HOME=$dir "$traceur" fall --robot "$1" --stance "$2" --direction "$3" --push "$4" --json |
+    sha256sum | cut -c 1-16)
+  [ "$got" = "$5" ] || { echo "falls of $1: expected $5, got $got"; wrong=1; }
+}
+falls bioloid-gp one_foot forward 5 827a0942a2f106c4
+falls atlas two_feet backward 500 59e1bc42855c876a
 exit $wrong

@@ -619,7 +619,7 @@ TEST(Expression, QuotesNameWhatIsNoName) {
   EXPECT_EQ(Expression::spelled("joint.hip"), "joint.hip");
   EXPECT_THROW(Expression("joint.'hip", lookup), InputError);
   try {
-    Expression("joint.'hip-r'", lookup);
+    const Expression wrong("joint.'hip-r'", lookup);
     FAIL();
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find("joint.hip-r"), std::string::npos) << e.what();

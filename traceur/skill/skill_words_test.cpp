@@ -583,6 +583,31 @@ TEST(SkillWords, AFactorBelowZeroIsZero) {
   EXPECT_EQ(end("1 - phase_time / 0.1"), end("max(0, 1 - phase_time / 0.1)"));
 }
 
+TEST_F(Parts, NamesWithOtherSignsAreQuotedAndThatIsTold) {
+  std::ofstream(folder / "bot.xml") << R"_(<mujoco><worldbody><body pos="0 0 1"><freejoint/>
+    <geom size=".1"/><body name="leg-l"><joint name="hip-l"/><geom size=".1"/></body></body>
+    </worldbody></mujoco>)_";
+  const auto with = [&](const std::string& signal) {
+    std::string text =
+        "name = \"x\"\nrobot = \"bioloid-gp\"\nhorizon = 0.1\n[parameters]\n"
+        "a = { range = [0, 1] }\n[[phase]]\nname = \"p\"\n[measures]\n"
+        "m = { of = \"" +
+        signal +
+        "\", take = \"last\" }\n"
+        "[[objective]]\nname = \"m\"\ncost = \"m\"\n";
+    robot = (folder / "bot.xml").string();
+    return Skill::fromFile(write("quoted.toml", text));
+  };
+  EXPECT_NO_THROW(with("joint.'hip-l' + body.'leg-l'.z"));
+  try {
+    with("2 * joint.hip-l");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("\"joint.'hip-l'\"? Signs other"), std::string::npos)
+        << e.what();
+  }
+}
+
 TEST(SkillWords, EachMistakeIsSaid) {
   const auto expect = [](const std::string& text, const std::string& words) {
     EXPECT_NE(mistakes(text).find(words), std::string::npos) << words << "\n" << mistakes(text);

@@ -15,6 +15,19 @@ namespace {
 /// More would take longer to check than a person waits, and nobody practises so many [ours].
 constexpr int kMostExpressions = 5000;
 
+/// What to do about a name in a text that expressions spell with quotes.
+std::optional<std::string> quoting(const std::string& text, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    std::string plain = name;
+    std::erase(plain, '\'');
+    if (plain != name && text.find(plain) != std::string::npos) {
+      return fmt::format(" Did you mean \"{}\"? Signs other than letters, digits and _ are quoted.",
+                         name);
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 void Words::declare(const TomlReader& row, std::string_view key, const std::string& name) {
@@ -254,8 +267,9 @@ std::string Words::expression(const TomlValue& v, Scope scope) {
                         "are taken from signals",
                         v.string(), name));
       }
-      return fail(fmt::format("\"{}\": nothing here is named \"{}\".{}", v.string(), name,
-                              didYouMean(name, candidates)));
+      return fail(
+          fmt::format("\"{}\": nothing here is named \"{}\".{}", v.string(), name,
+                      quoting(v.string(), candidates).value_or(didYouMean(name, candidates))));
     }
     const control::Expression checked(v.string(), [&](auto&) { return &somewhere; });
   } catch (const InputError& e) {
