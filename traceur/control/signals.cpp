@@ -82,7 +82,7 @@ double supportMargin(const Snapshot& s) {
   bool inside = corners.size() > 2;
   double nearest = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < corners.size(); ++i) {
-    const Vector2d a = corners[i];
+    const Vector2d& a = corners[i];
     const Vector2d edge = corners[(i + 1) % corners.size()] - a;
     const Vector2d way = com - a;
     inside = inside && edge.x() * way.y() - edge.y() * way.x() >= 0;  // counter-clockwise
@@ -360,10 +360,10 @@ std::string Signals::unitOf(const std::string& name) const {
     if (!joint) return "";
     return jointOrPair(*joint).front().first.slides ? slide : hinge;
   };
-  for (const std::string unit :
+  for (const std::string_view unit :
        {of_joint("joint.", "m", "rad"), of_joint("joint_velocity.", "m/s", "rad/s"),
         of_joint("torque.", "N", "N·m")}) {
-    if (!unit.empty()) return unit;
+    if (!unit.empty()) return std::string(unit);
   }
   for (const auto& [prefix, unit] : kUnits) {
     if (name.starts_with(prefix)) return std::string(unit);
