@@ -105,8 +105,9 @@ bool exertsForces(const Skill& s) {
 }
 
 /// What a program needs to run the skill itself: every number is worked out but what is only known
-/// as it runs.
-Json toJson(const LearnedSkill& l) {
+/// as it runs. Of goals in space it says only that targets come of them: the CSV has those.
+/// @param begun  where the trial starts
+Json toJson(const LearnedSkill& l, const sim::State& begun) {
   const Skill& s = *l.skill;
   const auto& joints = s.model->joints();
   control::StablePd pd = skill::controllerOf(s);
@@ -121,7 +122,7 @@ Json toJson(const LearnedSkill& l) {
     j["parameters"][s.parameters[i].name] = {{"value", l.parameters[static_cast<Eigen::Index>(i)]},
                                              {"unit", s.parameters[i].unit}};
   }
-  const control::JointTarget start = control::targetOf(*s.model, s.start);
+  const control::JointTarget start = control::targetOf(*s.model, begun);
   for (size_t i = 0; i < joints.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     const sim::JointLimit limit = pd.limits()[i];
@@ -175,7 +176,8 @@ Json toJson(const LearnedSkill& l) {
     for (size_t i = 0; i < part.parameters.size(); ++i) {
       one.parameters[static_cast<Eigen::Index>(i)] = valueOf(l, part.parameters[i]);
     }
-    Json each = toJson(one);
+    Json each = toJson(one, part.skill->start);
+    each.erase("joints");  // the whole's
     each["name"] = part.name;
     if (!part.until.empty()) each["until"] = part.until;
     j["parts"].push_back(std::move(each));
@@ -219,15 +221,15 @@ int exportRun(const Arguments& a) {
   const std::vector<std::string> phases = s.phaseNames();
   int step = 0;
   int rows = 0;
-  const skill::Rollout r =
-      skill::Runner(l.skill).run(l.parameters, l.task, nullptr,
-                                 [&](double time, int phase, const control::JointTarget& target) {
-                                   if (step++ % every != 0) return;
-                                   ++rows;
-                                   csv += fmt::format("{:.6g},{}", time, csvField(phases[phase]));
-                                   for (const double q : target.q) csv += fmt::format(",{:.6g}", q);
-                                   csv += '\n';
-                                 });
+  sim::Recording film;
+  const skill::Rollout r = skill::Runner(l.skill).run(
+      l.parameters, l.task, &film, [&](double time, int phase, const control::JointTarget& target) {
+        if (step++ % every != 0) return;
+        ++rows;
+        csv += fmt::format("{:.6g},{}", time, csvField(phases[phase]));
+        for (const double q : target.q) csv += fmt::format(",{:.6g}", q);
+        csv += '\n';
+      });
   const std::string stem =
       a.out.empty() ? beside(a.run, fmt::format("-{:g}", l.task)).string() : a.out;
   const std::string table = stem + "-targets.csv";
@@ -243,7 +245,7 @@ int exportRun(const Arguments& a) {
              {"time_step", s.model->timeStep()},
              {"achieved_in_simulation", numberOrNull(r.achieved)},
              {"ended", r.ended}};
-  whole.update(toJson(l));
+  whole.update(toJson(l, film.frames.front().state));
   write(controller, jsonText(whole) + "\n");
   const bool forces = exertsForces(s);
   const skill::Task& t = s.task;
