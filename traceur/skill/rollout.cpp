@@ -100,7 +100,9 @@ struct Runner::Impl {
           control::Expression(before.parameters[i], constants).value();
     }
     Runner runner(before.skill);
-    const Rollout r = runner.run(x, control::Expression(before.task, constants).value());
+    sim::Recording film;  // filming watches joint forces, which the first moment here may read
+    const Rollout r = runner.run(x, control::Expression(before.task, constants).value(),
+                                 places.readJointForces() ? &film : nullptr);
     if (r.failed()) {
       throw InputError(
           fmt::format("{}: [start.after]: {} ended with \"{}\" after {:.3f} s: expected "

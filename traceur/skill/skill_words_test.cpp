@@ -394,6 +394,12 @@ TEST_F(Parts, ASkillMayStartWhereAnothersTrialEnds) {
   Runner second(after);
   EXPECT_EQ(second.run(after->initialParameters(), 0.25, nullptr, {}, &ending).hash, r.hash);
   EXPECT_NE(run(fromText(part("alone", 0.2))).hash, r.hash);
+  // What joints bore is known from the first moment on.
+  std::string reads = text;
+  reads.replace(reads.find("joint.l_shoulder\", take = \"last\""), 32,
+                "joint_force.l_heel\", take = \"first\"");
+  const auto bore = Skill::fromFile(write("bore.toml", reads));
+  EXPECT_GT(measured(run(bore), *bore, "last"), 3);
   // One that fails is no start.
   text.replace(text.find("first.toml"), 10, "third.toml");
   std::string third = part("third", 0.3);
