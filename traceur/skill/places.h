@@ -35,7 +35,7 @@ class Places {
   control::Signals signals;
   std::vector<double> in_stage,
       ended_stage;  ///< by Skill::stageNames: whether it lasts; whether it ended now
-  double cost = 0;  ///< of a part that is over; before, what Part::otherwise says
+  double cost = 0;  ///< of a part, once it was begun and is over; else what Part::otherwise says
   /// By Skill::parts, what their verdicts may be asked of.
   std::vector<Places*> parts;
   /// Whether some expression reads a joint's force.

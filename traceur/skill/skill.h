@@ -172,7 +172,7 @@ struct Part {
   std::vector<std::string> parameters;  ///< by the other skill's; expressions of this one's names
   std::string task;
   std::string until;  ///< condition that ends it before it ends itself; empty: none
-  /// Its cost in a trial in which it did not come to its end.
+  /// Its cost in a trial that does not reach it.
   double otherwise = std::numeric_limits<double>::quiet_NaN();
 };
 

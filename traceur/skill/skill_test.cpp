@@ -14,6 +14,7 @@
 #include "traceur/optim/minimise.h"
 #include "traceur/skill/rollout.h"
 #include "traceur/skill/skill_problem.h"
+#include "traceur/skill/skill_testing.h"
 
 namespace traceur::skill {
 namespace {
@@ -24,19 +25,6 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   const size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
-
-std::shared_ptr<const Skill> fromText(const std::string& text) {
-  return Skill::fromText(text, "skills/bioloid-gp/test.toml");
-}
-
-std::string mistakes(const std::string& text) {
-  try {
-    fromText(text);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "accepted";
 }
 
 /// A skill of one parameter that does next to nothing, for a fraction of a second.

@@ -9,6 +9,7 @@
 #include "traceur/core/run_file.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/skill/rollout.h"
+#include "traceur/skill/skill_testing.h"
 
 namespace traceur::skill {
 namespace {
@@ -46,19 +47,6 @@ name = "none"
 cost = 0
 )_",
                      horizon, top, start, first, in_phase, rest);
-}
-
-std::shared_ptr<const Skill> fromText(const std::string& text) {
-  return Skill::fromText(text, "skills/bioloid-gp/test.toml");
-}
-
-std::string mistakes(const std::string& text) {
-  try {
-    fromText(text);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "accepted";
 }
 
 Rollout run(const std::shared_ptr<const Skill>& skill, sim::Recording* recording = nullptr) {
