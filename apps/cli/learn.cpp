@@ -32,6 +32,7 @@ struct Arguments {
   std::optional<std::string> curve;
   std::optional<std::string> optimiser;
   std::optional<int> population;
+  std::optional<int> draws;
   SearchOptions search = practice::learningOptions();
   std::string out;
   int threads = 0;
@@ -174,7 +175,9 @@ void tellNothing(const Learned& l, const SearchOptions& o) {
 int learn(const Arguments& a) {
   Interrupt interrupt;  // before any other thread
   const std::shared_ptr<const Skill> skill = Skill::fromFile(a.skill_file);
-  const SearchOptions o = optionsOf(a);
+  SearchOptions o = optionsOf(a);
+  const bool any_drawn = !skill->conditions.empty() && o.tasks.size() == 0;
+  o.draws = a.draws.value_or(any_drawn ? practice::kDraws : 0);
   const bool family = o.tasks.size() > 0;
   const double task = a.task.value_or(skill->task.initial);
   const std::string out = a.out.empty() ? defaultOut(*skill, task, o) : a.out;
@@ -186,6 +189,7 @@ int learn(const Arguments& a) {
                       {.threads = a.threads,
                        .stop = interrupt.token(),  // before there is a file that could be left
                        .on_generation = [&](const auto& p, const auto& f) { line.show(p, f); }});
+  line.end();
   const bool found = l.best || l.family;
   if (l.best) report(a, *skill, task, o, l, out);
   if (l.family) reportFamily(a, *skill, o, l, out);
@@ -231,6 +235,11 @@ void addLearn(CLI::App& program, int& exit_code) {
                    "Which search, see below; default: cma-es, of a family contextual");
   verb->add_option("--experience", o.experience,
                    "A run file whose failures teach the optimiser cma-c where not to try");
+  verb->add_option("--draws", a->draws,
+                   fmt::format("Of a skill with [conditions]: how many drawn ones each trial is "
+                               "tried in; 0: its default ones alone; default: {}",
+                               practice::kDraws))
+      ->check(CLI::Range(0, 1000));
   verb->add_option("--from", o.from,
                    "A run file whose best parameters the search begins at, by their names");
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")

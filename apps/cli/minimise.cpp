@@ -218,6 +218,7 @@ int minimise(const Arguments& arguments) {
                         .stop = stop,
                         .on_generation = [&](const auto& p, const auto& f) { line.show(p, f); },
                         .on_broken = goes_on ? on_broken : nullptr});
+  line.end();
   breakdowns.tell();
   run.setOutcome({.stop = practice::words(summary.stop)});
   const bool family = function.tasks.size() > 0;

@@ -41,6 +41,8 @@ class SearchLine {
   /// @param families  whether a curve is sought
   SearchLine(std::string title, int budget, bool families, bool quiet);
   void show(const optim::Progress& progress, const std::optional<optim::Family>& family);
+  /// What is printed from now on stands under it.
+  void end() { line_.reset(); }
 
  private:
   std::string title_;

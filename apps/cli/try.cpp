@@ -23,31 +23,37 @@ using skill::Skill;
 struct Arguments {
   std::string skill_file;
   std::vector<std::string> values;
+  std::vector<std::string> given;
   std::optional<double> task;
   std::vector<std::string> files;
   bool json = false;
 };
 
-/// The skill's initial parameters, but for those of NAME=VALUE.
-Eigen::VectorXd parametersOf(const Skill& skill, const std::vector<std::string>& values) {
-  Eigen::VectorXd x = skill.initialParameters();
+/// The rows' initial numbers, but for those of NAME=VALUE.
+/// @param option  as messages name it: "--set"
+/// @param kind    "parameter"
+Eigen::VectorXd numbersOf(const Skill& skill, const ParamSpecs& rows, const char* option,
+                          const char* kind, const std::vector<std::string>& values) {
+  Eigen::VectorXd x = initialOf(rows);
   std::vector<std::string> names;
-  for (const ParamSpec& p : skill.parameters) names.push_back(p.name);
+  for (const ParamSpec& p : rows) names.push_back(p.name);
   for (const std::string& text : values) {
+    const std::string where = fmt::format("{} {}", option, text);
     const size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw InputError(fmt::format("--set {}: expected NAME=VALUE", text));
+      throw InputError(fmt::format("{}: expected NAME=VALUE", where));
     }
     const std::string name = text.substr(0, equals);
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
-      throw InputError(fmt::format("--set {}: {} has no parameter \"{}\".{} There is: {}", text,
-                                   skill.name, name, didYouMean(name, names), join(names)));
+      throw InputError(fmt::format("{}: {} has no {} \"{}\".{}{}", where, skill.name, kind, name,
+                                   didYouMean(name, names),
+                                   names.empty() ? "" : " There is: " + join(names)));
     }
-    const ParamSpec& p = skill.parameters[found - names.begin()];
-    const double value = toNumber(text.substr(equals + 1), "--set " + text);
+    const ParamSpec& p = rows[found - names.begin()];
+    const double value = toNumber(text.substr(equals + 1), where);
     if (!(value >= p.min && value <= p.max)) {
-      throw InputError(fmt::format("--set {}: {} is within [{}, {}]{}", text, name, p.min, p.max,
+      throw InputError(fmt::format("{}: {} is within [{}, {}]{}", where, name, p.min, p.max,
                                    p.unit.empty() ? "" : " " + p.unit));
     }
     x[found - names.begin()] = value;
@@ -95,7 +101,8 @@ int trySkill(const Arguments& a) {
   Interrupt interrupt;  // before any other thread
   const std::shared_ptr<const Skill> skill = Skill::fromFile(a.skill_file);
   const LearnedSkill what{skill, a.task.value_or(skill->task.initial),
-                          parametersOf(*skill, a.values)};
+                          numbersOf(*skill, skill->parameters, "--set", "parameter", a.values),
+                          numbersOf(*skill, skill->conditions, "--given", "condition", a.given)};
   practice::requireInRange(*skill, what.task);
   for (const fs::path file : a.files) {
     if (file.extension() != ".run") requirePicture(file);
@@ -122,6 +129,10 @@ void addTry(CLI::App& program, int& exit_code) {
   verb->add_option("SKILL", a->skill_file, "Skill file (TOML)")->required();
   verb->add_option("--set", a->values,
                    "NAME=VALUE: a parameter, in its own unit; the others are the file's initial")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  verb->add_option("--given", a->given,
+                   "NAME=VALUE: a condition, in its own unit; the others are the file's default")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   verb->add_option("--task", a->task,

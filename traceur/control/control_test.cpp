@@ -475,6 +475,45 @@ TEST(Signals, OfARobotInFlightAreWhatTheirNamesSay) {
   EXPECT_LT((mean - v0).norm(), 0.05 * v0.norm());
 }
 
+TEST(Signals, CountSomersaultsOnThroughWholeTurns) {
+  const auto model = bioloid();
+  sim::World world(model);
+  Signals signals(model);
+  const double* turned = signals.find("somersault.root");
+  const double* headed = signals.find("heading.root");
+  const double* tilt = signals.find("tilt.root");
+  const double* ahead = signals.find("com_velocity.forward");
+  const double* left = signals.find("com_velocity.left");
+  const double* spin = signals.find("spin.y");
+  ASSERT_TRUE(turned && headed && tilt && ahead && left && spin);
+  EXPECT_FALSE(signals.find("com.up"));
+  EXPECT_FALSE(signals.find("cop_velocity.forward"));
+  signals.begin();
+  for (int k = 0; k <= 20; ++k) {
+    sim::Pose pose;
+    pose.root_rpy = {0, 0.5 * k, 0};
+    sim::State state = model->stateOf(pose);
+    world.reset(state);
+    signals.update(world.snapshot());
+    EXPECT_NEAR(*turned, 0.5 * k, 1e-9);
+    EXPECT_NEAR(*headed, 0, 1e-9);
+  }
+  signals.begin();  // nothing is remembered
+  signals.update(world.snapshot());
+  EXPECT_NEAR(*turned, 10 - 4 * std::numbers::pi, 1e-9);
+  sim::Pose pose;
+  pose.root_rpy = {-0.2, 0, std::numbers::pi / 2};
+  const sim::State state = model->launched(model->stateOf(pose), 1, {0.3, 2, 0}, {0.1, 0.7, -0.2});
+  world.reset(state);
+  signals.begin();
+  signals.update(world.snapshot());
+  EXPECT_NEAR(*tilt, 0.2, 1e-9);
+  EXPECT_NEAR(*headed, std::numbers::pi / 2, 1e-9);
+  EXPECT_NEAR(*ahead, 2, 1e-9);
+  EXPECT_NEAR(*left, -0.3, 1e-9);
+  EXPECT_NEAR(*spin, 0.7, 1e-9);
+}
+
 TEST(Signals, ContactForcesBearTheWeightOfWhatStands) {
   const auto model = bioloid();
   sim::World world(model);

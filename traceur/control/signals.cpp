@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -21,6 +22,9 @@ using sim::Vector3d;
 constexpr const char* kRobot = "robot";
 constexpr const char* kImpulse = "impulse.";
 constexpr const char* kJointForce = "joint_force.";
+constexpr const char* kSomersault = "somersault.";
+constexpr const char* kTilt = "tilt.";
+constexpr const char* kHeading = "heading.";
 constexpr const char* kAngles[] = {".roll", ".pitch", ".yaw"};
 /// Long enough that the contact's softness hardly matters, as falls measure it [s].
 constexpr double kImpulseWindow = 0.01;
@@ -56,6 +60,26 @@ bool mayBe(const auto& read) {
   } catch (const InputError&) {
     return false;
   }
+}
+
+/// Horizontal, at right angles to a body's left axis; as Snapshot::heading of the root.
+Vector3d headingOf(const sim::Matrix3d& R) {
+  return R.col(1).cross(Vector3d::UnitZ());
+}
+
+double somersault(const sim::Matrix3d& R) {
+  const Vector3d up = R.col(2);
+  const Vector3d forward = headingOf(R).normalized();
+  return std::atan2(up.dot(forward), up.dot(forward.cross(Vector3d(R.col(1)))));
+}
+
+double tilt(const sim::Matrix3d& R) {
+  return -std::asin(std::clamp(R(2, 1), -1.0, 1.0));
+}
+
+double heading(const sim::Matrix3d& R) {
+  const Vector3d forward = headingOf(R);
+  return std::atan2(forward.y(), forward.x());
 }
 
 /// 1 or -1 when side b or a of a contact, and not the other, is in bodies; 0 for neither, for both
@@ -107,6 +131,7 @@ const double* Signals::find(const std::string& name) {
   entry->name = name;
   entry->read = std::move(read);
   entry->windowed = name.starts_with(kImpulse);
+  entry->turns = name.starts_with(kSomersault) || name.starts_with(kHeading);
   entries_.push_back(std::move(entry));
   return &entries_.back()->value;
 }
@@ -117,13 +142,20 @@ bool Signals::readsJointForces() const {
 }
 
 void Signals::begin() {
-  for (const auto& e : entries_) e->window.clear();
+  for (const auto& e : entries_) {
+    e->window.clear();
+    e->read_before = false;
+  }
 }
 
 void Signals::update(const Snapshot& s) {
   for (const auto& e : entries_) {
     if (!e->windowed) {
-      e->value = e->read(s);
+      const double read = e->read(s);
+      e->value = e->turns && e->read_before
+                     ? e->value + std::remainder(read - e->value, 2 * std::numbers::pi)
+                     : read;
+      e->read_before = true;
       continue;
     }
     const auto steps =
@@ -235,6 +267,7 @@ Signals::Reader Signals::vectorReader(const std::string& name, int i) const {
   if (name == "angular_momentum") {
     return [i](const Snapshot& s) { return s.angularMomentum()[i]; };
   }
+  if (name == "spin") return [i](const Snapshot& s) { return s.spin()[i]; };
   if (name == "cop") {
     return [i](const Snapshot& s) {
       const auto p = s.cop();
@@ -284,7 +317,27 @@ Signals::Reader Signals::reader(const std::string& name) const {
         return sim::rpyOf(s.bodyRotation(id))[axis];
       };
     }
+    for (const auto& [prefix, read] :
+         std::initializer_list<std::pair<const char*, double (*)(const sim::Matrix3d&)>>{
+             {kSomersault, somersault}, {kTilt, tilt}, {kHeading, heading}}) {
+      const auto body = after(name, prefix);
+      if (!body) continue;
+      return [read, id = *body == "root" ? model_->root() : model_->body(*body)](
+                 const Snapshot& s) { return read(s.bodyRotation(id)); };
+    }
     if (const auto part = component(name)) return vectorReader(part->name, part->axis);
+    for (const bool left : {false, true}) {
+      const auto vector = before(name, left ? ".left" : ".forward");
+      if (!vector) continue;
+      auto x = vectorReader(*vector, 0);
+      auto y = vectorReader(*vector, 1);
+      if (!x || !y) return {};
+      return [left, x = std::move(x), y = std::move(y)](const Snapshot& s) {
+        const Vector3d forward = s.heading();
+        return left ? x(s) * -forward.y() + y(s) * forward.x()
+                    : x(s) * forward.x() + y(s) * forward.y();
+      };
+    }
   } catch (const InputError&) {
     // a body or joint the model lacks: no such signal
   }
@@ -298,7 +351,7 @@ std::vector<std::string> Signals::names() const {
     for (const char* angle : kAngles) out.push_back(name + angle);
   };
   const auto vector = [&](const std::string& name) {
-    for (const char* axis : {".x", ".y", ".z"}) out.push_back(name + axis);
+    for (const char* axis : {".x", ".y", ".z", ".forward", ".left"}) out.push_back(name + axis);
   };
   const auto group = [&](const std::string& name) {
     for (const char* kind : {"contact.", "contact_force.", kImpulse}) out.push_back(kind + name);
@@ -307,14 +360,20 @@ std::vector<std::string> Signals::names() const {
     group(name);
     for (const char* kind : {"body.", "body_velocity.", "body_com."}) vector(kind + name);
   };
+  const auto turning = [&](const std::string& name) {
+    for (const char* kind : {kSomersault, kTilt, kHeading}) out.push_back(kind + name);
+  };
   angles("root");
-  for (const char* name : {"com", "com_velocity", "linear_momentum", "angular_momentum", "cop"}) {
+  turning("root");
+  for (const char* name :
+       {"com", "com_velocity", "linear_momentum", "angular_momentum", "cop", "spin"}) {
     vector(name);
   }
   group(kRobot);
   for (int b = 1; b < model_->bodies(); ++b) {
     body(model_->bodyName({b}));
     angles("attitude." + model_->bodyName({b}));
+    turning(model_->bodyName({b}));
   }
   const auto joint = [&](const std::string& name) {
     for (const char* kind : {"joint.", "joint_velocity."}) out.push_back(kind + name);
@@ -345,6 +404,10 @@ std::string Signals::unitOf(const std::string& name) const {
       {"support.", "m"},
       {"root.", "rad"},
       {"attitude.", "rad"},
+      {kSomersault, "rad"},
+      {kTilt, "rad"},
+      {kHeading, "rad"},
+      {"spin.", "rad/s"},
       {"body.", "m"},
       {"body_velocity.", "m/s"},
       {"body_com.", "m"},

@@ -23,6 +23,12 @@ namespace traceur::control {
 ///                                < 0; as cop
 ///     root.roll .pitch .yaw      attitude of the root [rad]; pitch > 0 leans forward
 ///     attitude.NAME.roll         the same of a body
+///     somersault.NAME            how far a body has turned forward about its left axis from
+///                                upright, counted on through whole turns of the trial [rad]. As
+///                                divers say: somersault, tilt, twist [Yeadon1990]
+///     tilt.NAME                  how far the left axis points down [rad]
+///     heading.NAME               where it is headed, counted on: 0 along x, π/2 along y [rad]
+///     spin.x                     whole-body angular velocity I⁻¹ L [rad/s]
 ///     body.NAME.x                origin of a body [m];  body_velocity.NAME.x [m/s]
 ///     body_com.NAME.x            a body's centre of mass [m]
 ///     point.NAME.x               a contact point of the robot's file [m]; point_velocity.NAME.x
@@ -35,6 +41,9 @@ namespace traceur::control {
 ///     contact.robot              of any of its bodies
 ///     contact_force.NAME         vertical force on them [N]
 ///     impulse.NAME               of that force over the last 10 ms [N·s]
+///
+/// Instead of .x and .y a vector's part .forward along the robot's heading, or .left of it, may be
+/// named.
 ///
 /// Of a group of bodies, body, body_velocity and body_com are means; of a pair of joints, joint and
 /// joint_velocity are means of values that equal motions make equal.
@@ -64,6 +73,8 @@ class Signals {
     Reader read;
     double value = 0;
     bool windowed = false;      // the value is the sum of what was read in the window
+    bool turns = false;         // an angle that counts on through whole turns
+    bool read_before = false;   // in this trial
     std::deque<double> window;  // the oldest first
   };
   Reader reader(const std::string& name) const;

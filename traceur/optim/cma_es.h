@@ -162,6 +162,7 @@ class CmaEs : public Optimizer {
 
   /// (n) the mean folded into the bounds: of a noisy cost a better answer than the best trial.
   VectorXd mean() const;
+  std::optional<VectorXd> favourite() const override { return mean(); }
   /// (n x n) of x as it is searched, before folding: σ² S T C Tᵀ S with S = diag(scale).
   MatrixXd covariance() const;
   /// √ of the largest eigenvalue of T C Tᵀ, as of the last decomposition.

@@ -97,6 +97,21 @@ class Beginning {
   std::atomic<int> broken_ = 0;
 };
 
+/// A problem that draws, in one of its rounds.
+class Round : public Problem {
+ public:
+  Round(const Problem& all, int round) : all_(&all), round_(round) {}
+  VectorXd lower() const override { return all_->lower(); }
+  VectorXd upper() const override { return all_->upper(); }
+  std::vector<std::string> constraints() const override { return all_->constraints(); }
+  VectorXd tasks() const override { return all_->tasks(); }
+  Evaluation evaluate(const VectorXd& x) const override { return all_->evaluateIn(round_, x); }
+
+ private:
+  const Problem* all_;
+  int round_;
+};
+
 }  // namespace
 
 Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOptions& options,
@@ -125,7 +140,9 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
 
     trials.resize(candidates.size());
     std::atomic<int> run = 0;
-    evaluator.evaluate(problem, candidates, [&](int i, const Evaluator::Result& result) {
+    const Round round(problem, 1 + progress.generation / kRoundGenerations);
+    const Problem& now = problem.draws() ? round : problem;
+    evaluator.evaluate(now, candidates, [&](int i, const Evaluator::Result& result) {
       if (options.stop.stop_requested() || beginning.hopeless()) return;
       Trial& trial = trials[i];
       trial.x = candidates[i].x;
@@ -156,7 +173,7 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
       const Trial& trial = trials[i];
       if (trial.evaluation.failed) {
         ++progress.failed;
-      } else if (trial.evaluation.meaningful() &&
+      } else if (!problem.draws() && trial.evaluation.meaningful() &&
                  (!progress.best || better(trial.evaluation, progress.best->evaluation))) {
         progress.best = trial;
       }
@@ -164,6 +181,19 @@ Summary minimise(const Problem& problem, Optimizer& optimizer, const MinimiseOpt
     }
     progress.evaluations += static_cast<int>(trials.size());
     ++progress.generation;
+    if (problem.draws() && progress.generation % kRoundGenerations == 1) {
+      const auto least = std::min_element(
+          trials.begin(), trials.end(),
+          [](const Trial& a, const Trial& b) { return better(a.evaluation, b.evaluation); });
+      const Candidate favourite{0, optimizer.favourite().value_or(least->x)};
+      evaluator.evaluate(problem, {&favourite, 1}, [&](int, const Evaluator::Result& result) {
+        Trial trial{favourite.x, result()};
+        if (!trial.evaluation.meaningful()) return;
+        // Not by better(): where failing is a share of the falls, its cost says what it is worth.
+        if (progress.best && trial.evaluation.cost >= progress.best->evaluation.cost) return;
+        progress.best = std::move(trial);
+      });
+    }
     if (options.on_generation) options.on_generation({progress, trials, optimizer});
   }
 }

@@ -14,10 +14,12 @@ namespace traceur::optim {
 
 /// What has been found so far. Also the part of a run that is stored beside the optimiser's state.
 struct Progress {
-  int generation = 0;         ///< generations told
-  int evaluations = 0;        ///< trials run
-  int failed = 0;             ///< of those, trials without a meaningful cost
-  std::optional<Trial> best;  ///< best by better(), never a failed one; the first of equals
+  int generation = 0;   ///< generations told
+  int evaluations = 0;  ///< trials run
+  int failed = 0;       ///< of those, trials without a meaningful cost
+  /// Best by better(), never a failed one; the first of equals. Where trials draw, of the
+  /// optimiser's favourites at the end of each round, all of them in round 0.
+  std::optional<Trial> best;
 };
 
 /// One generation, handed out after it was told: enough to store and to resume from.
@@ -58,6 +60,10 @@ struct MinimiseOptions {
 
 /// [ours: as many as a small first generation has]
 inline constexpr int kFirstTrials = 10;
+
+/// Generations of a round of Problem::draws() [ours: as long as a generation's mean moves by about
+/// its own width].
+inline constexpr int kRoundGenerations = 3;
 
 enum class End { kTarget, kBudget, kOptimizer, kInterrupted };
 

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
 #include "traceur/optim/cma_es.h"
 #include "traceur/optim/test_functions.h"
 
@@ -51,6 +52,34 @@ TEST(Minimise, ReachesTheTargetAndSaysSo) {
   EXPECT_LE(s.progress.best->evaluation.cost, 1e-8);
   EXPECT_EQ(s.progress.best->evaluation.cost, sphere(s.progress.best->x));
   EXPECT_EQ(s.progress.evaluations, s.progress.generation * cma.constants().lambda);
+}
+
+/// A sphere about a point that every round moves.
+class Drawing : public Problem {
+ public:
+  VectorXd lower() const override { return VectorXd::Constant(3, -5); }
+  VectorXd upper() const override { return VectorXd::Constant(3, 5); }
+  bool draws() const override { return true; }
+  Evaluation evaluate(const VectorXd& x) const override { return evaluateIn(0, x); }
+  Evaluation evaluateIn(int round, const VectorXd& x) const override {
+    const double shift = round == 0 ? 0 : 0.5 * (Random(1, round).uniform() - 0.5);
+    return {.cost = (x.array() - 1 - shift).matrix().squaredNorm()};
+  }
+};
+
+TEST(Minimise, OfAProblemThatDrawsKeepsTheBestFavouriteOfOneRound) {
+  const Drawing problem;
+  const auto run = [&](int threads) {
+    CmaEs cma({.x0 = VectorXd::Zero(3), .sigma = 1});
+    return minimise(problem, cma, {.threads = threads, .budget = 600});
+  };
+  const Summary s = run(1);
+  ASSERT_TRUE(s.progress.best);
+  // All in the round 0: the cost is that of its own point.
+  EXPECT_EQ(s.progress.best->evaluation.cost, problem.evaluate(s.progress.best->x).cost);
+  EXPECT_LT(s.progress.best->evaluation.cost, 0.1);
+  const Summary other = run(2);
+  EXPECT_EQ(other.progress.best->x, s.progress.best->x);
 }
 
 TEST(Minimise, FinishesTheGenerationThatUsesUpTheBudget) {

@@ -67,6 +67,9 @@ class Optimizer {
   /// What an optimiser that learns families has found: the best curve whose points have all been
   /// run, the first of equals. None before the first, and of others.
   virtual std::optional<Family> family() const { return std::nullopt; }
+  /// (n) what it would answer now where costs are noisy, so that the best trial was the luckiest;
+  /// none: the best of the last generation serves.
+  virtual std::optional<VectorXd> favourite() const { return std::nullopt; }
   /// The whole state as bytes.
   virtual std::string save() const = 0;
   virtual void restore(std::string_view state) = 0;

@@ -58,6 +58,13 @@ class Problem {
   /// Runs one trial at x, (n), inside the box. Pure: equal x give equal bits on any thread.
   virtual Evaluation evaluate(const VectorXd& x) const = 0;
 
+  /// Whether a trial's cost depends on what is drawn, as the falls that a landing is tried in: the
+  /// draws of a round are the same for all x, so that trials can be compared within it. minimise()
+  /// then goes to another round now and then, and looks at where the optimiser stands in round 0.
+  virtual bool draws() const { return false; }
+  /// evaluate() is of round 0. Pure: equal x and round give equal bits.
+  virtual Evaluation evaluateIn(int /*round*/, const VectorXd& x) const { return evaluate(x); }
+
   int dimension() const { return static_cast<int>(lower().size()); }
 };
 

@@ -16,6 +16,9 @@ using skill::Skill;
 using skill::SkillProblem;
 
 void check(const Skill& skill, double task, const SearchOptions& o) {
+  if (o.draws > 0 && o.tasks.size() > 0) {
+    throw InputError("draws: a family's trials are all under the skill's initial conditions");
+  }
   if (o.tasks.size() == 0) {
     if (!o.curve.empty()) throw InputError("a curve is for a family: expected tasks");
     return requireInRange(skill, task);
@@ -94,8 +97,8 @@ Learned learn(const std::shared_ptr<const Skill>& skill, double task, const Sear
               const std::filesystem::path& file, bool resume, const Execution& how) {
   check(*skill, task, options);
   const bool family = options.tasks.size() > 0;
-  const SkillProblem problem =
-      family ? SkillProblem(skill, options.tasks) : SkillProblem(skill, task);
+  const SkillProblem problem = family ? SkillProblem(skill, options.tasks)
+                                      : SkillProblem(skill, task, options.draws, options.seed);
   Learned learned;
   ParamSpecs parameters = problem.parameters();
   if (!options.from.empty()) {

@@ -13,6 +13,9 @@ namespace traceur::practice {
 /// Trials per generation of one task: even, for two threads; the dissertation's λ [Ha2015, §7.4].
 inline constexpr int kPopulation = 16;
 
+/// Conditions that a trial of a skill that has any is tried in [ours].
+inline constexpr int kDraws = 8;
+
 /// How a skill is practised unless told otherwise.
 /// @param tasks  of a family; empty: for one task
 SearchOptions learningOptions(const VectorXd& tasks = {});

@@ -54,7 +54,9 @@ std::vector<Quantity> measuresOf(const Skill& skill, const Rollout& r) {
 }
 
 Rollout LearnedSkill::perform(sim::Recording* recording) const {
-  return skill::Runner(skill).run(parameters, task, recording);
+  skill::Runner runner(skill);
+  runner.under(conditions);
+  return runner.run(parameters, task, recording);
 }
 
 LearnedSkill LearnedFamily::at(double task) const {

@@ -25,7 +25,8 @@ std::vector<Quantity> measuresOf(const skill::Skill& skill, const skill::Rollout
 struct LearnedSkill {
   std::shared_ptr<const skill::Skill> skill;
   double task = 0;
-  VectorXd parameters;  ///< (n) in the order and units of skill::Skill::parameters
+  VectorXd parameters;       ///< (n) in the order and units of skill::Skill::parameters
+  VectorXd conditions = {};  ///< in the order of skill::Skill::conditions; empty: the initial ones
 
   /// Does it once more: equal bits each time.
   skill::Rollout perform(sim::Recording* recording = nullptr) const;

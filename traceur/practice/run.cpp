@@ -131,7 +131,8 @@ RunFile::Meta toRows(const RunMeta& m) {
                      {"tasks", tasksText(s.tasks)},
                      {"curve", s.curve},
                      {"experience", s.experience},
-                     {"from", s.from}};
+                     {"from", s.from},
+                     {"draws", fmt::format("{}", s.draws)}};
   if (m.skill) {
     rows.insert({{"verb", "learn"},
                  {"engine", m.skill->engine},
@@ -165,7 +166,8 @@ RunMeta metaOf(const RunFile& run) {
               .tasks = tasks.empty() ? VectorXd() : toTasks(tasks, rows.where("tasks")),
               .curve = rows.textOr("curve", ""),
               .experience = rows.textOr("experience", ""),
-              .from = rows.textOr("from", "")};
+              .from = rows.textOr("from", ""),
+              .draws = run.meta("draws") ? rows.whole("draws") : 0};
   if (run.meta("skill_text")) {
     m.skill = {.name = rows.text("skill"),
                .file = rows.text("skill_file"),
@@ -319,6 +321,17 @@ optim::Progress Run::progress() const {
     if (!trial.evaluation.meaningful()) continue;
     if (!p.best || optim::better(trial.evaluation, p.best->evaluation)) p.best = trial;
   }
+  if (const auto row = file_.meta("favourite")) {
+    p.best = Rows(file_).json("favourite", *row, [&](const Json& j) {
+      const auto x = j.at("x").get<std::vector<double>>();
+      if (x.size() != meta_.parameters.size()) throw InputError("x of another size");
+      optim::Trial best{Eigen::Map<const VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())),
+                        {.cost = j.at("cost").get<double>(),
+                         .violated = j.at("violated").get<std::vector<bool>>()}};
+      if (!best.evaluation.meaningful()) throw InputError("cost is no number");
+      return std::optional(std::move(best));
+    });
+  }
   const std::vector<TrialRow> rows = file_.trials();
   if (!rows.empty()) p.generation = rows.back().generation + 1;
   return p;
@@ -390,6 +403,13 @@ sim::Recording Run::recording() const {
 // ---- A family: meta "family" is a JSON object with `kind` ("bezier" or "polyline"), `points` (K
 // lists of n numbers), `folded` (whether x is the curve folded into the parameters' box, or the
 // curve itself), `cost` and `task_costs`; meta "family_costs" is "trials:cost trials:cost …".
+
+RunFile::Meta bestRow(const optim::Trial& best) {
+  const Json j{{"x", std::vector<double>(best.x.begin(), best.x.end())},
+               {"cost", best.evaluation.cost},
+               {"violated", best.evaluation.violated}};
+  return {{"favourite", j.dump()}};
+}
 
 RunFile::Meta familyRows(const optim::Family& family, const std::vector<FamilyCost>& costs) {
   nlohmann::json j;

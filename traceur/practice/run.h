@@ -32,6 +32,7 @@ struct SearchOptions {
   std::string curve = {};       ///< of a family: "linear" or "cubic"
   std::string experience = {};  ///< a run file whose failures teach the optimiser; "" for none
   std::string from = {};        ///< a run file where the search begins; "" for none
+  int draws = 0;  ///< drawn conditions that each trial is tried in; 0: the initial ones alone
 };
 
 /// What was searched, besides numbers: a skill's parameters …
@@ -137,6 +138,10 @@ class Run {
   RunFile file_;
   RunMeta meta_;
 };
+
+/// The row that the best trial is kept in where it is none of those stored, as of a problem that
+/// draws.
+RunFile::Meta bestRow(const optim::Trial& best);
 
 /// The rows that a family's progress is kept in.
 RunFile::Meta familyRows(const optim::Family& family, const std::vector<FamilyCost>& costs);

@@ -102,8 +102,9 @@ optim::Summary search(Run& run, const optim::Problem& problem, optim::Optimizer&
     if (family && (costs.empty() || family->cost < costs.back().cost)) {
       costs.push_back({p.evaluations, family->cost});
     }
-    run.append(p.generation - 1, g.trials, g.optimizer.save(),
-               family ? familyRows(*family, costs) : RunFile::Meta());
+    RunFile::Meta rows = family ? familyRows(*family, costs) : RunFile::Meta();
+    if (problem.draws() && p.best) rows = bestRow(*p.best);
+    run.append(p.generation - 1, g.trials, g.optimizer.save(), rows);
     if (how.on_generation) how.on_generation(p, family);
   };
   try {

@@ -1,5 +1,6 @@
 #include "traceur/sim/snapshot.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 
@@ -55,6 +56,33 @@ Vector3d Snapshot::angularMomentum() const {
   if (!has_angular_momentum_) mj_subtreeVel(model_->raw(), data_);
   has_angular_momentum_ = true;
   return vec(data_->subtree_angmom + 3 * model_->root().value);
+}
+
+Matrix3d Snapshot::inertia() const {
+  const mjModel* m = model_->raw();
+  const Vector3d com = this->com();
+  Matrix3d sum = Matrix3d::Zero();
+  for (int b = 1; b < m->nbody; ++b) {
+    if (!model_->isRobot({b})) continue;
+    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const Eigen::Map<const RowMajor> R(data_->ximat + 9 * static_cast<ptrdiff_t>(b));
+    const Vector3d r = bodyCom({b}) - com;
+    sum += R * vec(m->body_inertia + 3 * static_cast<ptrdiff_t>(b)).asDiagonal() * R.transpose();
+    sum += m->body_mass[b] * (r.squaredNorm() * Matrix3d::Identity() - r * r.transpose());
+  }
+  return sum;
+}
+
+Vector3d Snapshot::spin() const {
+  return inertia().llt().solve(angularMomentum());
+}
+
+Vector3d Snapshot::heading() const {
+  const Vector3d left = bodyRotation(model_->root()).col(1);
+  const Vector3d forward = left.cross(Vector3d::UnitZ());
+  const double length = forward.norm();
+  if (!(length > 1e-9)) return Vector3d::UnitX();
+  return forward / length;
 }
 
 Vector3d Snapshot::bodyPosition(BodyId body) const {

@@ -46,6 +46,12 @@ class Snapshot {
   Vector3d comVelocity() const;      ///< [m/s]
   Vector3d linearMomentum() const;   ///< [kg·m/s]
   Vector3d angularMomentum() const;  ///< of the robot about its COM [kg·m²/s]
+  Matrix3d inertia() const;          ///< of the robot about its COM, as it is now [kg·m²]
+  /// The angular velocity of a rigid body with its inertia and angular momentum: I⁻¹ L [rad/s].
+  Vector3d spin() const;
+  /// Where the robot is headed: unit, horizontal, at right angles to the root's left (y), so that
+  /// it stays while the robot somersaults. The world's x where left is straight up or down.
+  Vector3d heading() const;
 
   Vector3d bodyPosition(BodyId body) const;     ///< p_WB, origin of the body's frame [m]
   Matrix3d bodyRotation(BodyId body) const;     ///< R_WB

@@ -60,4 +60,69 @@ void BoundReach::solve(const sim::Snapshot& s, const VectorXd& wanted,
   for (const int joint : reach_->joints) target.q[joint] = pose.q[model_->joints()[joint].q];
 }
 
+BoundFlight::BoundFlight(const Flight& flight, const std::shared_ptr<const sim::Model>& model,
+                         Places& places)
+    : flight_(&flight),
+      places_(&places),
+      gravity_(model->gravity()),
+      planner_(model, flight.poses),
+      somersault_(flight.somersault, places.in(Scope::kRunning)),
+      ground_(flight.ground, places.in(Scope::kRunning)) {}
+
+void BoundFlight::begin(const VectorXd& landing) {
+  landing_ = landing;
+  planner_.landIn(landing);
+  target_ = kNone;
+}
+
+/// Whether something else than gravity has moved the body since it was planned.
+bool BoundFlight::disturbed(const sim::Snapshot& s) const {
+  // What a contact or a push of 1 N·s or 0.1 N·m·s per kilogram's worth leaves [ours].
+  static constexpr double kVelocity = 0.05;  // [m/s]
+  static constexpr double kMomentum = 0.03;  // of the largest principal moment, per rad/s
+  const double gravity = gravity_;
+  const Vector3d expected = velocity_ - Vector3d(0, 0, gravity * (s.time() - planned_));
+  if ((s.comVelocity() - expected).norm() > kVelocity) return true;
+  return (s.angularMomentum() - momentum_).norm() > kMomentum * planner_.landing().inertia.trace();
+}
+
+void BoundFlight::plan(const sim::Snapshot& s, std::optional<int> only) {
+  const double ground = ground_.value();
+  plan_ = planner_.plan(
+      s,
+      [&](const flight::TouchDown& t) {
+        places_->foresee(t);
+        if (places_->values_foresee) places_->follow();
+        const double wanted = somersault_.value();
+        return std::isfinite(wanted) ? wanted : 0;
+      },
+      std::isfinite(ground) ? ground : 0, only);
+  planned_ = s.time();
+  velocity_ = s.comVelocity();
+  momentum_ = s.angularMomentum();
+}
+
+const VectorXd* BoundFlight::update(const sim::Snapshot& s) {
+  static constexpr double kEps = 1e-9;
+  const bool first = target_ == kNone;
+  if (first || s.time() - seen_ >= kReplan - kEps) {
+    seen_ = s.time();
+    const double left = plan_.touch_down.time - (s.time() - planned_);
+    if (first || disturbed(s) || (left > kSettle && s.time() - chosen_ >= kChoose - kEps)) {
+      plan(s, {});
+      chosen_ = s.time();
+    } else if (left > kSettle) {
+      plan(s, target_);
+    }
+  }
+  const double since = s.time() - planned_;
+  places_->foresee(plan_.touch_down);
+  places_->touch_down[0] = std::max(0.0, plan_.touch_down.time - since);
+  if (places_->values_foresee) places_->follow();
+  const int target = plan_.pose >= 0 && since < plan_.hold - kEps ? plan_.pose : -1;
+  if (target == target_) return nullptr;
+  target_ = target;
+  return target < 0 ? &landing_ : &planner_.poses()[static_cast<size_t>(target)].joints;
+}
+
 }  // namespace traceur::skill

@@ -7,6 +7,7 @@
 
 #include "traceur/control/pose_solver.h"
 #include "traceur/control/stable_pd.h"
+#include "traceur/flight/planner.h"
 #include "traceur/skill/places.h"
 
 namespace traceur::skill {
@@ -45,6 +46,42 @@ class BoundReach {
   std::shared_ptr<const sim::Model> model_;
   std::vector<Goal> goals_;
   control::PoseSolver solver_;
+};
+
+/// A phase's Flight: which target the joints have now.
+class BoundFlight {
+ public:
+  BoundFlight(const Flight& flight, const std::shared_ptr<const sim::Model>& model, Places& places);
+
+  /// The flight begins, of which the landing's pose is by joint [rad].
+  void begin(const VectorXd& landing);
+  /// Plans where it is time to: how long to hold a pose every kReplan, which pose every kChoose,
+  /// and neither once less than kSettle is left, but for what pushes the body out of its way.
+  /// Sets what places foresee.
+  /// @return the joints' target if it is another one from now on
+  const VectorXd* update(const sim::Snapshot& s);
+
+  static constexpr double kReplan = 0.02;  ///< [s] [Ha2015, §3.4.1]
+  static constexpr double kChoose = 0.2;   ///< [s] [ours; published: much more seldom]
+  static constexpr double kSettle = 0.3;   ///< [s] [Ha2015, §3.4.1]
+
+ private:
+  bool disturbed(const sim::Snapshot& s) const;
+  void plan(const sim::Snapshot& s, std::optional<int> only);
+
+  const Flight* flight_;
+  Places* places_;
+  double gravity_;  // [m/s²]
+  flight::FlightPlanner planner_;
+  control::Expression somersault_, ground_;
+  VectorXd landing_;
+  flight::FlightPlan plan_;
+  double planned_ = 0;  // when [s]
+  double chosen_ = 0;
+  double seen_ = 0;
+  Vector3d velocity_, momentum_;  // when it was planned
+  int target_ = 0;                // a pose, -1 the landing's; kNone at first
+  static constexpr int kNone = -2;
 };
 
 }  // namespace traceur::skill

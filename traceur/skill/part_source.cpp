@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "traceur/core/error.h"
 #include "traceur/core/run_file.h"
 #include "traceur/core/text.h"
@@ -13,6 +15,14 @@ namespace {
 
 /// The best trial's numbers; empty without one.
 std::vector<double> bestOf(const RunFile& run) {
+  if (const auto row = run.meta("favourite")) {  // of drawn conditions: none of the trials
+    try {
+      return nlohmann::json::parse(*row).at("x").get<std::vector<double>>();
+    } catch (const std::exception& e) {
+      throw InputError(
+          fmt::format("{}: its favourite cannot be read: {}", run.path().string(), e.what()));
+    }
+  }
   std::vector<double> best;
   optim::Evaluation least;
   for (const TrialRow& row : run.trials()) {

@@ -1,6 +1,8 @@
 #include "traceur/skill/places.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
 
 namespace traceur::skill {
@@ -18,7 +20,10 @@ std::optional<Eigen::Index> placeOf(const auto& rows, const std::string& name) {
 
 Places::Places(const Skill& skill)
     : parameters(VectorXd::Zero(static_cast<Eigen::Index>(skill.parameters.size()))),
+      conditions(skill.initialConditions()),
+      values(skill.values.size(), std::numeric_limits<double>::quiet_NaN()),
       horizon(skill.horizon),
+      touch_down(touchDownNames().size()),
       measures(skill.measures.size()),
       failed(skill.failures.size()),
       signals(skill.model),
@@ -30,11 +35,36 @@ Places::Places(const Skill& skill)
     stages_["in." + stages[i]] = &in_stage[i];
     stages_["ended." + stages[i]] = &ended_stage[i];
   }
+  bound_.reserve(skill.values.size());
+  for (const Value& v : skill.values) {  // each names only those before it
+    bound_.emplace_back(v.expression, in(v.running ? Scope::kRunning : Scope::kSetup));
+    for (const std::string& name : control::Expression::namesIn(v.expression)) {
+      values_foresee = values_foresee || name.starts_with("touch_down.");
+    }
+  }
   forget();
+}
+
+void Places::settle() {
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (!skill_->values[i].running) values[i] = bound_[i].value();
+  }
+}
+
+void Places::look(const sim::Snapshot& s) {
+  signals.update(s);
+  follow();
+}
+
+void Places::follow() {
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (skill_->values[i].running) values[i] = bound_[i].value();
+  }
 }
 
 void Places::forget() {
   time = phase_time = 0;
+  std::fill(touch_down.begin(), touch_down.end(), std::numeric_limits<double>::quiet_NaN());
   for (size_t i = 0; i < measures.size(); ++i) measures[i] = skill_->measures[i].otherwise;
   std::fill(failed.begin(), failed.end(), 0.0);
   std::fill(in_stage.begin(), in_stage.end(), 0.0);
@@ -44,6 +74,25 @@ void Places::forget() {
     parts[i]->forget();
     parts[i]->cost = skill_->parts[i].otherwise;
   }
+}
+
+const std::vector<std::string>& Places::touchDownNames() {
+  static const std::vector<std::string> kNames = {
+      "touch_down.time",          "touch_down.somersault", "touch_down.tilt",
+      "touch_down.heading",       "touch_down.velocity.z", "touch_down.velocity.forward",
+      "touch_down.velocity.left", "touch_down.spin.z",     "touch_down.spin.forward",
+      "touch_down.spin.left"};
+  return kNames;
+}
+
+void Places::foresee(const flight::TouchDown& t) {
+  const double c = std::cos(t.turn.heading);
+  const double s = std::sin(t.turn.heading);
+  const auto forward = [&](const Vector3d& v) { return c * v.x() + s * v.y(); };
+  const auto left = [&](const Vector3d& v) { return c * v.y() - s * v.x(); };
+  touch_down = {t.time,          t.turn.somersault,   t.turn.tilt,      t.turn.heading,
+                t.velocity.z(),  forward(t.velocity), left(t.velocity), t.spin.z(),
+                forward(t.spin), left(t.spin)};
 }
 
 const double* Places::findOfPart(const std::string& name) {
@@ -62,6 +111,11 @@ const double* Places::find(Scope scope, const std::string& name) {
   }
   if (scope == Scope::kConstant) return nullptr;
   if (const auto i = placeOf(skill_->parameters, name)) return &parameters[*i];
+  if (const auto i = placeOf(skill_->conditions, name)) return &conditions[*i];
+  if (const auto i = placeOf(skill_->values, name)) {
+    if (!skill_->values[*i].running || scope == Scope::kRunning) return &values[*i];
+    return nullptr;
+  }
   if (name == "task") {
     task_moves = task_moves || scope != Scope::kVerdict;
     return &task;
@@ -71,6 +125,10 @@ const double* Places::find(Scope scope, const std::string& name) {
   if (name == "time") return &time;
   if (scope == Scope::kRunning) {
     if (name == "phase_time") return &phase_time;
+    const auto& foreseen = touchDownNames();
+    if (const auto at = std::find(foreseen.begin(), foreseen.end(), name); at != foreseen.end()) {
+      return &touch_down[static_cast<size_t>(at - foreseen.begin())];
+    }
     if (const auto stage = stages_.find(name); stage != stages_.end()) return stage->second;
     return signals.find(name);
   }

@@ -53,6 +53,7 @@ struct Runner::Impl {
   control::Actuation actuation;
   std::vector<motion::Observer*> observers;
   motion::Session session;
+  bool joint_forces = false;  // somebody else reads them
   std::optional<LaunchState> launch;
   std::vector<Push> pushes;
   motion::Ending after;  // where the skill that comes before this one ended
@@ -158,6 +159,7 @@ struct Runner::Impl {
     }
     places.parameters = x;
     places.task = task;
+    places.settle();
     const Disturbance& d = skill->disturbance;
     const motion::TrialOptions options{.horizon = skill->horizon,
                                        .pushes = pushesNow(),
@@ -167,7 +169,7 @@ struct Runner::Impl {
                                        .seed = d.seed,
                                        .stream = std::bit_cast<std::uint64_t>(task),
                                        .recording = recording,
-                                       .joint_forces = places.readJointForces()};
+                                       .joint_forces = joint_forces || places.readJointForces()};
     if (!start && skill->after) start = &after;
     const sim::State begin = launch && !start ? launch->state() : skill->start;
     if (!begin.q.allFinite() || !begin.v.allFinite() || !finite(options.pushes)) return nothing();
@@ -209,6 +211,25 @@ Runner::Runner(std::shared_ptr<const Skill> skill)
     : impl_(std::make_unique<Impl>(std::move(skill))) {}
 Runner::~Runner() = default;
 Runner::Runner(Runner&&) noexcept = default;
+
+void Runner::watchedBy(const std::vector<motion::Observer*>& observers, bool joint_forces) {
+  impl_->observers = impl_->watchers();
+  impl_->observers.insert(impl_->observers.end(), observers.begin(), observers.end());
+  impl_->session =
+      motion::Session(impl_->world, impl_->actuation, *impl_->controller, impl_->observers);
+  impl_->joint_forces = joint_forces;
+}
+
+void Runner::under(const VectorXd& conditions) {
+  const Skill& skill = *impl_->skill;
+  const VectorXd now = conditions.size() == 0 ? skill.initialConditions() : conditions;
+  if (now.size() != impl_->places.conditions.size() || !now.allFinite()) {
+    throw InputError(fmt::format("{}: expected {} finite conditions, got {}{}", skill.name,
+                                 impl_->places.conditions.size(), now.size(),
+                                 now.allFinite() ? "" : " with NaN or infinity"));
+  }
+  impl_->places.conditions = now;
+}
 
 double Runner::costOf(double task) {
   impl_->places.task = task;

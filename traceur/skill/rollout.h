@@ -45,7 +45,14 @@ class Runner {
   /// The time [s], the phase's index and each joint's target, feedback included [rad].
   using OnTarget = std::function<void(double time, int phase, const control::JointTarget&)>;
 
-  /// Runs the skill. Equal arguments give equal bits in any Runner on any thread.
+  /// Who else watches the trials to come; they outlive this.
+  /// @param joint_forces  whether one of them reads Snapshot::jointForces
+  void watchedBy(const std::vector<motion::Observer*>& observers, bool joint_forces);
+  /// What the trials to come are put under, in the order of Skill::conditions; empty: the initial
+  /// ones.
+  /// @throws InputError for a wrong number of them, or NaN among them
+  void under(const VectorXd& conditions);
+  /// Runs the skill. Equal arguments and conditions give equal bits in any Runner on any thread.
   /// @param parameters  (n), in the order and units of Skill::parameters
   /// @param recording   filled every kInterval when given
   /// @param on_target   called each step with what the joints are told

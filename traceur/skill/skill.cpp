@@ -24,25 +24,36 @@ namespace fs = std::filesystem;
 #define TRACEUR_DATA_FROM_PROGRAM ""
 #endif
 
-std::vector<fs::path> modelFolders(const fs::path& beside) {
+/// Where models/ and skills/ may lie.
+std::vector<fs::path> dataFolders(const fs::path& beside) {
   std::vector<fs::path> folders;
   // "jump.toml" lies beside nothing: in the working folder.
   for (fs::path dir = fs::absolute(beside.empty() ? "." : beside).lexically_normal();
        dir.has_relative_path(); dir = dir.parent_path()) {
-    folders.push_back(dir / "models");
+    folders.push_back(dir);
   }
-  if (const char* data = std::getenv("TRACEUR_DATA")) folders.push_back(fs::path(data) / "models");
-  folders.push_back(fs::current_path() / "models");
+  if (const char* data = std::getenv("TRACEUR_DATA")) folders.emplace_back(data);
+  folders.push_back(fs::current_path());
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (const std::string_view way = TRACEUR_DATA_FROM_PROGRAM; !error && !way.empty()) {
-    folders.push_back((program.parent_path() / way / "models").lexically_normal());
+    folders.push_back((program.parent_path() / way).lexically_normal());
   }
-  folders.push_back(fs::path(TRACEUR_INSTALLED_DATA) / "models");
+  folders.emplace_back(TRACEUR_INSTALLED_DATA);
+  return folders;
+}
+
+std::vector<fs::path> modelFolders(const fs::path& beside) {
+  std::vector<fs::path> folders = dataFolders(beside);
+  for (fs::path& folder : folders) folder /= "models";
   return folders;
 }
 
 }  // namespace
+
+VectorXd Skill::initialConditions() const {
+  return initialOf(conditions);
+}
 
 VectorXd Skill::initialParameters() const {
   VectorXd x(parameters.size());
@@ -76,6 +87,16 @@ std::shared_ptr<const Skill> Skill::fromFile(const fs::path& file) {
 std::shared_ptr<const Skill> Skill::fromText(const std::string& text, const fs::path& file,
                                              const Disturbance& disturbance) {
   return readSkill(text, file, disturbance);
+}
+
+fs::path findSkill(const std::string& robot, const std::string& name) {
+  std::vector<std::string> looked;
+  for (const fs::path& folder : dataFolders({})) {
+    const fs::path file = folder / "skills" / robot / (name + ".toml");
+    if (isFile(file)) return file;
+    looked.push_back(file.parent_path().string());
+  }
+  throw InputError(fmt::format("no skill \"{}\" of {}: looked in {}", name, robot, join(looked)));
 }
 
 fs::path findRobot(const std::string& name, const fs::path& beside) {

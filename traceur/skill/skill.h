@@ -12,6 +12,7 @@
 
 #include "traceur/control/pose_solver.h"
 #include "traceur/core/param.h"
+#include "traceur/flight/planner.h"
 #include "traceur/sim/model.h"
 
 namespace traceur::skill {
@@ -29,6 +30,13 @@ struct Task {
   /// Expression over measures: what a trial did, in the same unit; empty: it cannot be said.
   std::string achieved;
   double tolerance = 0;  ///< |achieved - task| a person would accept
+};
+
+/// A number with a name of its own, worked out of others.
+struct Value {
+  std::string name;
+  std::string expression;
+  bool running = false;  ///< each step, of signals too; else as a trial begins
 };
 
 /// A joint's target in a phase: sign · expression [rad].
@@ -50,6 +58,7 @@ enum class Frame {
   /// along x, and x = y × z, forward along the ground of one who stands upright. In flight from the
   /// last centre of pressure; no force before there was one.
   kCopToCom,
+  kHeading,  ///< x where the robot is headed (sim::Snapshot::heading), z up
 };
 
 /// A force and a moment exerted through the joints, in every step of a phase.
@@ -89,6 +98,14 @@ struct Reach {
   double every = 0;               ///< solved anew so often [s]; 0: only on entering the phase
 };
 
+/// Poses in the air that bring the body to the ground as it should come (flight::FlightPlanner).
+/// The phase's own pose is the landing's.
+struct Flight {
+  std::string somersault;                 ///< wanted at touch-down, of the root [rad]
+  std::string ground = "0";               ///< height of the surface [m]
+  std::vector<flight::FlightPose> poses;  ///< to choose from
+};
+
 struct Phase {
   std::string name;
   bool from_previous = false;  ///< joints not named keep the last phase's target, else base's
@@ -96,7 +113,8 @@ struct Phase {
   std::vector<JointValue> targets;
   std::string blend = "0";  ///< time over which the target moves from the last one [s]
   std::vector<GainFactor> stiffness, damping;
-  std::optional<Reach> reach;  ///< where its joints' targets come from; pose holds for the others
+  std::optional<Reach> reach;    ///< where its joints' targets come from; pose holds for the others
+  std::optional<Flight> flight;  ///< chooses the target on the way to it
   std::vector<ForceTerm> forces;
   bool limited = true;  ///< whether the forces' torques count against the motors' limits
   std::string until;    ///< condition that ends it; empty: it is held to the end
@@ -157,10 +175,14 @@ struct PushTerm {
 /// How a trial starts if not at rest on the ground.
 struct Launch {
   sim::Pose pose;                ///< joints, and the attitude where none is given
-  std::string height = "0";      ///< of the lowest point [m]
+  std::string height = "0";      ///< of the lowest point, or …
+  bool of_com = false;           ///< … of the COM [m]
   VectorText velocity;           ///< of the COM, world axes [m/s]
   VectorText spin;               ///< about the COM, world axes [rad/s]
   std::string roll, pitch, yaw;  ///< of the root; empty: the pose's [rad]
+  /// The somersault of the root with which it would meet z = 0 if it stayed rigid; the pitch is
+  /// what comes to it. Empty: pitch says.
+  std::string lands;
 };
 
 struct Skill;
@@ -179,12 +201,14 @@ struct Part {
 /// How a robot and its ground may differ from their model, to know what a skill withstands before
 /// it meets them.
 struct Disturbance {
-  double mass = 1;                 ///< factor on every mass and inertia of the robot
-  std::optional<double> friction;  ///< of the ground, in place of the skill's
-  double delay = 0;                ///< from a state to the torque that answers it [s], whole steps
-  double encoder_noise = 0;        ///< of the angles PD control reads, standard deviation [rad]
-  double velocity_noise = 0;       ///< of the com_velocity that feedback reads [m/s]
-  std::uint64_t seed = 1;          ///< of the noise, which differs from task to task
+  double mass = 1;                   ///< factor on every mass and inertia of the robot
+  std::optional<double> friction;    ///< of the ground, in place of the skill's
+  std::optional<double> compliance;  ///< of the ground, in place of the skill's [s]
+  std::optional<double> time_step;   ///< of the simulation, in place of the skill's [s]
+  double delay = 0;           ///< from a state to the torque that answers it [s], whole steps
+  double encoder_noise = 0;   ///< of the angles PD control reads, standard deviation [rad]
+  double velocity_noise = 0;  ///< of the com_velocity that feedback reads [m/s]
+  std::uint64_t seed = 1;     ///< of the noise, which differs from task to task
 };
 
 /// Immutable; shared by all threads. Expressions are checked when it is read.
@@ -202,7 +226,13 @@ struct Skill {
   double horizon = 0;  ///< [s]
   std::string stop;    ///< condition that ends a trial well; empty: the horizon does
   Task task;
+  /// What a trial is put under, as a height to fall from: a person sets them within their ranges,
+  /// practice draws them. Of none asked for, the initial ones.
+  ParamSpecs conditions;
+  /// The ranges that practice draws them from, within their own: least and most.
+  std::vector<std::pair<double, double>> drawn;
   ParamSpecs parameters;
+  std::vector<Value> values;  ///< each may name those before it
   ControllerOptions controller;
   std::vector<Phase> phases;
   std::vector<Part> parts;  ///< one after another, instead of phases
@@ -216,6 +246,7 @@ struct Skill {
   Disturbance disturbance;
 
   VectorXd initialParameters() const;
+  VectorXd initialConditions() const;
   /// Its phases; of a skill of parts "part.phase" of each.
   std::vector<std::string> phaseNames() const;
   /// What in.NAME and ended.NAME may name: phases, then parts.
@@ -228,6 +259,11 @@ struct Skill {
                                                const std::filesystem::path& file,
                                                const Disturbance& disturbance = {});
 };
+
+/// Where the skill of this name is that a robot under models/ has: skills/ROBOT/NAME.toml, beside
+/// any models/ that findRobot looks in.
+/// @throws InputError with the folders it is in none of
+std::filesystem::path findSkill(const std::string& robot, const std::string& name);
 
 /// Where the robot a skill or a person names is described: a path, or a name under models/ beside
 /// the file or above it, in $TRACEUR_DATA, beside the running program (../share/traceur), or where

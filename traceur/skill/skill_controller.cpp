@@ -22,6 +22,13 @@ std::optional<sim::Matrix3d> copToCom(const Vector3d& cop, const Vector3d& com) 
   return R;
 }
 
+/// The axes of Frame::kHeading as columns.
+std::optional<sim::Matrix3d> headed(const Vector3d& forward) {
+  sim::Matrix3d R;
+  R << forward, Vector3d::UnitZ().cross(forward), Vector3d::UnitZ();
+  return R;
+}
+
 bool touches(const sim::Snapshot& s, sim::BodyId body) {
   const auto& contacts = s.robotContacts();
   return std::any_of(contacts.begin(), contacts.end(),
@@ -39,8 +46,10 @@ SkillController::SkillController(std::shared_ptr<const Skill> skill, Places& pla
             bind(p.stiffness, running),
             bind(p.damping, running),
             nullptr,
+            nullptr,
             {},
             maybeBound(p.until, running)};
+    if (p.flight) b.flight = std::make_unique<BoundFlight>(*p.flight, skill_->model, places);
     if (p.reach) b.reach = std::make_unique<BoundReach>(*p.reach, skill_->model, places);
     for (const ForceTerm& f : p.forces) {
       b.forces.push_back({&f, {f.force, running}, {f.moment, running}});
@@ -89,7 +98,7 @@ void SkillController::begin(const motion::Moment& m, const control::JointTarget&
   cop_.reset();
   over_ = false;
   places_->forget();
-  places_->signals.update(m.s);
+  places_->look(m.s);
   enter(0, m);
   places_->signals.begin();  // the first step is looked at once
 }
@@ -99,8 +108,8 @@ void SkillController::enter(int phase, const motion::Moment& m) {
   phase_ = phase;
   places_->in_stage[phase_] = 1;
   entered_step_ = m.step;
-  entered_ = m.time;
   places_->phase_time = 0;
+  places_->follow();
   const skill::Phase& p = skill_->phases[phase];
   Phase& bound = phases_[phase];
   control::JointTarget goal = path_.end();
@@ -111,7 +120,9 @@ void SkillController::enter(int phase, const motion::Moment& m) {
   }
   wanted_ = goal.q;
   path_ = {reached_, {std::move(goal)}, bound.blend.value()};
+  path_began_ = m.time;
   if (bound.reach) solveReach(m);
+  if (bound.flight) bound.flight->begin(path_.end().q);
 }
 
 void SkillController::solveReach(const motion::Moment& m) {
@@ -125,8 +136,10 @@ void SkillController::exert(const Force& force, const sim::Snapshot& s,
   Vector3d f = force.force.value();
   Vector3d moment = force.moment.value();
   if (!f.allFinite() || !moment.allFinite()) return;  // of signals without a value
-  if (term.frame == Frame::kCopToCom) {
-    const auto R = cop_ ? copToCom(*cop_, s.com()) : std::nullopt;
+  if (term.frame != Frame::kWorld) {
+    const auto R = term.frame == Frame::kHeading ? headed(s.heading())
+                   : cop_                        ? copToCom(*cop_, s.com())
+                                                 : std::nullopt;
     if (!R) return;
     f = *R * f;
     moment = *R * moment;
@@ -160,12 +173,12 @@ void SkillController::exert(const Force& force, const sim::Snapshot& s,
 
 void SkillController::update(const motion::Moment& m) {
   places_->time = m.time;
-  places_->signals.update(m.s);
+  places_->phase_time = (m.step - entered_step_) * skill_->model->timeStep();
+  std::fill(places_->ended_stage.begin(), places_->ended_stage.end(), 0.0);
+  places_->look(m.s);
   if (follows_cop_) {
     if (const auto cop = m.s.cop()) cop_ = cop;
   }
-  places_->phase_time = (m.step - entered_step_) * skill_->model->timeStep();
-  std::fill(places_->ended_stage.begin(), places_->ended_stage.end(), 0.0);
   // A phase may end at once, but each at most once per step.
   for (size_t k = 0; k < phases_.size() && phases_[phase_].until; ++k) {
     const int next = skill_->phases[phase_].next;
@@ -192,8 +205,15 @@ void SkillController::command(const motion::Moment& m, motion::Senses& senses,
   const double every = p.reach ? skill_->phases[phase_].reach->every : 0;
   const double since = (m.step - solved_step_) * skill_->model->timeStep();
   if (every > 0 && since >= every - 1e-9) solveReach(m);
-  c.target = path_.at(m.time - entered_);
-  reached_ = path_.over(m.time - entered_) ? path_.end() : c.target;  // to the bit
+  if (p.flight) {
+    if (const VectorXd* target = p.flight->update(m.s)) {
+      path_ = {reached_, {{*target}}, flight::FlightPlanner::kSwitch};
+      path_began_ = m.time;
+    }
+  }
+  const double since_path = m.time - path_began_;
+  c.target = path_.at(since_path);
+  reached_ = path_.over(since_path) ? path_.end() : c.target;  // to the bit
   if (senses_velocity_) sensed_velocity_ = senses.comVelocity();
   for (const BoundFeedback& f : feedback_) {
     if (!(*f.during)[phase_]) continue;

@@ -49,6 +49,7 @@ class SkillController : public motion::Controller {
     control::Expression blend;
     std::vector<Factor> stiffness, damping;
     std::unique_ptr<BoundReach> reach;
+    std::unique_ptr<BoundFlight> flight;
     std::vector<Force> forces;
     std::optional<control::Expression> until;
   };
@@ -75,10 +76,10 @@ class SkillController : public motion::Controller {
 
   int phase_ = 0;
   int entered_step_ = 0;  // a phase's time is a whole number of steps, a difference of times is not
-  double entered_ = 0;    // [s]
-  bool over_ = false;     // the last phase has ended, and is held
-  int solved_step_ = 0;   // when its reach was solved last
-  VectorXd wanted_;       // the pose that reach keeps near to
+  double path_began_ = 0;         // [s]
+  bool over_ = false;             // the last phase has ended, and is held
+  int solved_step_ = 0;           // when its reach was solved last
+  VectorXd wanted_;               // the pose that reach keeps near to
   bool follows_cop_ = false;      // some force's frame does
   std::optional<Vector3d> cop_;   // the last one
   control::JointTarget reached_;  // without feedback

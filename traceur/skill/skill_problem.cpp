@@ -2,13 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <numeric>
+#include <utility>
+
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
 #include "traceur/optim/cost.h"
 
 namespace traceur::skill {
 
 SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, double task)
     : skill_(std::move(skill)), task_(task) {}
+
+SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, double task, int draws,
+                           std::uint64_t seed)
+    : skill_(std::move(skill)), task_(task), draws_(draws), seed_(seed) {
+  if (draws > 0 && skill_->conditions.empty()) {
+    throw InputError(fmt::format("{}: it has no [conditions] to draw from", skill_->name));
+  }
+}
 
 SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, VectorXd tasks)
     : skill_(std::move(skill)), tasks_(std::move(tasks)), task_(tasks_[0]) {
@@ -44,17 +56,25 @@ std::vector<std::string> SkillProblem::constraints() const {
   return names;
 }
 
-optim::Evaluation SkillProblem::evaluate(const VectorXd& x) const {
+Runner SkillProblem::take() const {
   std::unique_lock lock(mutex_);
   if (idle_.empty()) {
     lock.unlock();
-    Runner made(skill_);
-    lock.lock();
-    idle_.push_back(std::move(made));
+    return Runner(skill_);
   }
   Runner runner = std::move(idle_.back());
   idle_.pop_back();
-  lock.unlock();
+  return runner;
+}
+
+void SkillProblem::giveBack(Runner runner) const {
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(runner));
+}
+
+optim::Evaluation SkillProblem::evaluate(const VectorXd& x) const {
+  if (draws_ > 0) return evaluateIn(0, x);
+  Runner runner = take();
   const Rollout rollout = runner.run(x, task_);
   optim::Evaluation evaluation{rollout.cost, rollout.violated, rollout.diverged, {}};
   if (tasks_.size() > 0 && !rollout.diverged) {
@@ -62,9 +82,47 @@ optim::Evaluation SkillProblem::evaluate(const VectorXd& x) const {
     evaluation.cost =
         optim::meanCost(Eigen::Map<const VectorXd>(evaluation.task_costs.data(), tasks_.size()));
   }
-  lock.lock();
-  idle_.push_back(std::move(runner));
+  giveBack(std::move(runner));
   return evaluation;
+}
+
+optim::Evaluation SkillProblem::evaluateIn(int round, const VectorXd& x) const {
+  Runner runner = take();
+  const auto all = drawnConditions(*skill_, round == 0 ? kJudged * draws_ : draws_, seed_, round);
+  std::vector<int> violated(skill_->failures.size());
+  VectorXd costs(static_cast<Eigen::Index>(all.size()));
+  bool diverged = false;
+  for (size_t k = 0; k < all.size(); ++k) {
+    runner.under(all[k]);
+    const Rollout r = runner.run(x, task_);
+    costs[static_cast<Eigen::Index>(k)] = r.cost;
+    diverged = diverged || r.diverged;
+    for (size_t i = 0; i < violated.size(); ++i) violated[i] += r.violated[i];
+  }
+  runner.under({});
+  giveBack(std::move(runner));
+  optim::Evaluation evaluation{optim::meanCost(costs), {}, diverged, {}};
+  for (const int times : violated) {
+    evaluation.violated.push_back(2 * times > static_cast<int>(all.size()));
+  }
+  return evaluation;
+}
+
+std::vector<VectorXd> drawnConditions(const Skill& skill, int count, std::uint64_t seed,
+                                      int round) {
+  std::vector<VectorXd> all(static_cast<size_t>(count), skill.initialConditions());
+  for (size_t c = 0; c < skill.conditions.size(); ++c) {
+    const auto [least, most] = skill.drawn[c];
+    Random random(seed, static_cast<std::uint64_t>(round), c);
+    std::vector<int> part(all.size());
+    std::iota(part.begin(), part.end(), 0);
+    for (size_t k = part.size(); k > 1; --k) std::swap(part[k - 1], part[random.below(k)]);
+    for (size_t k = 0; k < all.size(); ++k) {
+      const double share = (part[k] + random.uniform()) / count;
+      all[k][static_cast<Eigen::Index>(c)] = least + share * (most - least);
+    }
+  }
+  return all;
 }
 
 }  // namespace traceur::skill

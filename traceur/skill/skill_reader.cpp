@@ -53,7 +53,11 @@ class SkillReader {
     skill_.target_cost = top.number("target_cost", skill_.target_cost);
     readTask(top.table("task"));
     readConstants(top.table("constants"));
-    readParameters(top.table("parameters"));
+    readNumbers(top.table("conditions"), "default", skill_.conditions);
+    readNumbers(top.table("parameters"), "initial", skill_.parameters);
+    if (skill_.parameters.empty()) {
+      diagnostics_.add(0, 0, "[parameters]: expected at least one parameter to practise");
+    }
     readModel(top);
     if (skill_.model) {
       words_.modelKnown();
@@ -71,7 +75,7 @@ class SkillReader {
       skill_.task.achieved = words_.expression(top.table("task"), "achieved", "", Scope::kVerdict);
     } else {
       for (const char* key : {"start", "controller", "phase", "skill", "feedback", "push",
-                              "measures", "failure", "objective", "stop"}) {
+                              "measures", "failure", "objective", "stop", "values"}) {
         top.find(key);  // cannot be judged without the robot
       }
     }
@@ -127,8 +131,10 @@ class SkillReader {
     }
   }
 
-  void readParameters(const TomlReader& table) {
-    limit(table, "parameters", table.names().size());
+  /// Rows of { unit, range, help } and a number within the range.
+  void readNumbers(const TomlReader& table, const char* within, ParamSpecs& rows) {
+    limit(table, within == std::string_view("initial") ? "parameters" : "conditions",
+          table.names().size());
     for (const std::string& name : table.names()) {  // the order of the optimiser's variables
       const TomlReader row = table.table(name);
       words_.declare(table, name, name);
@@ -138,21 +144,39 @@ class SkillReader {
       const std::vector<double> range = row.numbers("range", 2);
       p.min = range[0];
       p.max = range[1];
-      p.initial = row.number("initial", (p.min + p.max) / 2);
+      p.initial = row.number(within, (p.min + p.max) / 2);
       p.help = row.string("help", "");
       if (!(p.min < p.max)) {
         row.fail("range", fmt::format("\"{}\": expected a range [min, max] of finite numbers with "
                                       "min < max, got [{}, {}]",
                                       name, p.min, p.max));
       } else if (!(p.min <= p.initial && p.initial <= p.max)) {
-        row.fail("initial", fmt::format("\"{}\": initial {} is outside [{}, {}]", name, p.initial,
-                                        p.min, p.max));
+        row.fail(within, fmt::format("\"{}\": {} {} is outside [{}, {}]", name, within, p.initial,
+                                     p.min, p.max));
       }
+      if (&rows == &skill_.conditions) skill_.drawn.push_back(readDrawn(row, p));
       row.finish();
-      skill_.parameters.push_back(std::move(p));
+      rows.push_back(std::move(p));
     }
-    if (skill_.parameters.empty()) {
-      diagnostics_.add(0, 0, "[parameters]: expected at least one parameter to practise");
+  }
+
+  static std::pair<double, double> readDrawn(const TomlReader& row, const ParamSpec& p) {
+    if (!row.has("draw")) return {p.min, p.max};
+    const std::vector<double> range = row.numbers("draw", 2);
+    if (!(p.min <= range[0] && range[0] <= range[1] && range[1] <= p.max)) {
+      row.fail("draw", fmt::format("\"draw\": expected [least, most] within \"range\", [{}, {}]",
+                                   p.min, p.max));
+    }
+    return {range[0], range[1]};
+  }
+
+  void readValues(const TomlReader& table) {
+    limit(table, "values", table.names().size());
+    for (const std::string& name : table.names()) {  // each may name those before it
+      words_.declare(table, name, name);
+      Value v{name, words_.expression(*table.find(name), Scope::kRunning)};
+      v.running = !words_.isSetup(v.expression);
+      skill_.values.push_back(std::move(v));
     }
   }
 
@@ -163,10 +187,13 @@ class SkillReader {
       top.fail("time_step", "\"time_step\": expected seconds in [0.000001, 0.02]");
       scene.time_step = 0.001;
     }
+    scene.time_step = skill_.disturbance.time_step.value_or(scene.time_step);
     const TomlReader s = top.table("scene");
     const std::vector<TomlReader> rows = readScene(s, scene);
     scene.ground_material.friction =
         skill_.disturbance.friction.value_or(scene.ground_material.friction);
+    scene.ground_material.compliance =
+        skill_.disturbance.compliance.value_or(scene.ground_material.compliance);
     limit(s, "props", rows.size());
     s.finish();
     const std::string robot = top.string("robot");
@@ -270,7 +297,8 @@ class SkillReader {
 
   void readLaunch(const TomlReader& start, const sim::Pose& pose) {
     bool any = false;
-    for (const char* key : {"height", "velocity", "spin", "roll", "pitch", "yaw"}) {
+    for (const char* key :
+         {"height", "com_height", "velocity", "spin", "roll", "pitch", "yaw", "lands"}) {
       if (!start.has(key)) continue;
       any = true;
       if (skill_.model->rootDofs() != 6) {
@@ -284,12 +312,21 @@ class SkillReader {
     if (!any) return;
     Launch l;
     l.pose = pose;
-    l.height = words_.expression(start, "height", "0", Scope::kSetup);
+    l.of_com = start.has("com_height");
+    if (l.of_com && start.has("height")) {
+      start.fail("com_height", "expected one of \"height\" and \"com_height\"");
+      start.find("height");
+    }
+    l.height = words_.expression(start, l.of_com ? "com_height" : "height", "0", Scope::kSetup);
     l.velocity = words_.vector(start, "velocity", Scope::kSetup);
     l.spin = words_.vector(start, "spin", Scope::kSetup);
     l.roll = words_.expression(start, "roll", "", Scope::kSetup);
     l.pitch = words_.expression(start, "pitch", "", Scope::kSetup);
     l.yaw = words_.expression(start, "yaw", "", Scope::kSetup);
+    l.lands = words_.expression(start, "lands", "", Scope::kSetup);
+    if (!l.lands.empty() && !l.pitch.empty()) {
+      start.fail("lands", "expected one of \"pitch\" and \"lands\", which chooses it");
+    }
     skill_.launch = std::move(l);
   }
 
@@ -298,6 +335,7 @@ class SkillReader {
     Places places(skill_);
     places.parameters = skill_.initialParameters();
     places.task = skill_.task.initial;
+    places.settle();
     skill_.start = LaunchState(skill_, places).state();
     if (!skill_.start.q.allFinite() || !skill_.start.v.allFinite()) {
       diagnostics_.add(0, 0, "[start]: of the initial parameters and task it is not finite");
@@ -502,6 +540,7 @@ class SkillReader {
       skill_.phases.push_back(std::move(p));
     }
     words_.stagesKnown();
+    readValues(top.table("values"));
     for (size_t i = 0; i < rows.size(); ++i) {
       const TomlReader& row = rows[i];
       Phase& p = skill_.phases[i];
@@ -514,6 +553,10 @@ class SkillReader {
       p.damping = readFactors(row, "damping");
       p.limited = row.boolean("limited", true);
       if (row.has("reach")) p.reach = readReach(row.table("reach"));
+      if (row.has("flight")) p.flight = readFlight(row.table("flight"));
+      if (p.reach && p.flight) {
+        row.fail("flight", "expected one of \"flight\" and \"reach\", which both choose the pose");
+      }
       limit(row, "forces", row.tables("force").size());
       for (const TomlReader& f : row.tables("force")) readForce(f, p);
       p.until = words_.expression(row, "until", "", Scope::kRunning);
@@ -527,6 +570,29 @@ class SkillReader {
       }
       row.finish();
     }
+  }
+
+  Flight readFlight(const TomlReader& row) {
+    /// More cost more time in each plan than they bring [ours].
+    static constexpr int kMostPoses = 64;
+    Flight flight;
+    flight.somersault = words_.expression(row, "somersault", "0", Scope::kRunning);
+    if (!row.has("somersault")) {
+      row.fail("somersault",
+               "\"somersault\": expected what the root should have turned on landing");
+    }
+    flight.ground = words_.expression(row, "ground", "0", Scope::kRunning);
+    const double poses = row.number("poses", 16);  // as many as published [Ha2015, §3.4.1]
+    const VectorXd from = words_.basePose(row, "from").first;
+    row.finish();
+    if (!(poses >= 0 && poses <= kMostPoses) || poses != std::floor(poses)) {
+      row.fail("poses", fmt::format("\"poses\": expected a whole number in [0, {}]", kMostPoses));
+    } else if (skill_.model->rootDofs() != 6) {
+      row.fail("somersault", "[phase.flight]: the robot is fixed to the world: it does not fly");
+    } else if (poses > 0) {
+      flight.poses = flight::unlikePoses(skill_.model, from, static_cast<int>(poses));
+    }
+    return flight;
   }
 
   Reach readReach(const TomlReader& row) {
@@ -616,12 +682,13 @@ class SkillReader {
       f.fail("moment", "\"moment\": expected \"bodies\" or \"points\": a moment is on a body");
     }
     const std::string frame = f.string("frame", "world");
-    static const std::vector<std::string> kFrames = {"world", "cop to com"};
-    if (frame == kFrames[1]) {
-      term.frame = Frame::kCopToCom;
-    } else if (frame != kFrames[0]) {
-      f.fail("frame", fmt::format("\"frame\": expected \"world\" or \"cop to com\", got \"{}\".{}",
+    static const std::vector<std::string> kFrames = {"world", "cop to com", "heading"};
+    const auto at = std::find(kFrames.begin(), kFrames.end(), frame);
+    if (at == kFrames.end()) {
+      f.fail("frame", fmt::format("\"frame\": expected one of {}, got \"{}\".{}", join(kFrames),
                                   frame, didYouMean(frame, kFrames)));
+    } else {
+      term.frame = static_cast<Frame>(at - kFrames.begin());
     }
     term.touching = f.boolean("touching", false);
     if (f.has("against")) term.against = words_.bodies(f, "against");

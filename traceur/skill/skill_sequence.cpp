@@ -54,6 +54,13 @@ void SkillSequence::begin(const motion::Moment& m, const control::JointTarget& h
           std::clamp(r.parameters[i].value(), p.min, p.max);
     }
     r.places->task = r.task->value();
+    for (size_t i = 0; i < r.skill->conditions.size(); ++i) {  // the whole's of the same name
+      const ParamSpec& c = r.skill->conditions[i];
+      const double* whole = places_->find(Scope::kSetup, c.name);
+      r.places->conditions[static_cast<Eigen::Index>(i)] =
+          std::clamp(whole ? *whole : c.initial, c.min, c.max);
+    }
+    r.places->settle();
   }
   enter(0, m, held);
 }
@@ -92,7 +99,7 @@ void SkillSequence::over(const motion::Moment& m) {
 
 void SkillSequence::update(const motion::Moment& m) {
   places_->time = m.time;
-  places_->signals.update(m.s);
+  places_->look(m.s);
   std::fill(places_->ended_stage.begin(), places_->ended_stage.end(), 0.0);
   const auto parts_at = places_->ended_stage.size() - parts_.size();
   while (true) {

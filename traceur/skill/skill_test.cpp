@@ -609,7 +609,8 @@ TEST(SkillFile, RobotsAreFoundByPathOrName) {
     FAIL() << "found";
   } catch (const InputError& e) {
     const std::string said = e.what();  // each once, in order
-    EXPECT_NE(said.find("one of: ant, atlas, bioloid-gp, mole, zebra. Did you mean \"mole\"?"),
+    EXPECT_NE(said.find("one of: ant, atlas, bioloid-gp, human, mole, odd, zebra. "
+                        "Did you mean \"mole\"?"),
               std::string::npos)
         << said;
   }

@@ -4,11 +4,14 @@
 
 #include <cmath>
 #include <fstream>
+#include <set>
+#include <tuple>
 
 #include "traceur/core/error.h"
 #include "traceur/core/run_file.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/skill/rollout.h"
+#include "traceur/skill/skill_problem.h"
 #include "traceur/skill/skill_testing.h"
 
 namespace traceur::skill {
@@ -59,6 +62,177 @@ double measured(const Rollout& r, const Skill& skill, const std::string& name) {
   }
   ADD_FAILURE() << name;
   return 0;
+}
+
+constexpr const char* kConditions = R"_([conditions]
+high = { unit = "m", range = [0.2, 1], default = 0.3, draw = [0.25, 0.5] }
+fast = { range = [-1, 1], default = 0.5 }
+[values]
+twice = "2 * a * fast"
+seen = "com.z + twice"
+late = "phase_time + in.two"
+)_";
+
+TEST(SkillWords, ConditionsAndValuesAreNumbersLikeParameters) {
+  const auto skill = fromText(standing(0.2, "", std::string(kConditions) + R"_([measures]
+v = { of = "com_velocity.x", take = "first" }
+z = { of = "com.z", take = "first" }
+seen_first = { of = "seen", take = "first" }
+late_last = { of = "late", take = "last" }
+[[objective]]
+name = "known"
+cost = "twice + high"
+)_",
+                                       "", R"(com_height = "high"
+velocity = ["twice", 0, 0])"));
+  Runner runner(skill);
+  const auto once = [&] { return runner.run(skill->initialParameters(), 0.25); };
+  const Rollout r = once();
+  EXPECT_NEAR(measured(r, *skill, "z"), 0.3, 1e-9);
+  EXPECT_NEAR(measured(r, *skill, "v"), 0.5, 1e-9);
+  EXPECT_NEAR(measured(r, *skill, "seen_first"), 0.8, 1e-9);
+  EXPECT_NEAR(measured(r, *skill, "late_last"), 0.1 + 1, 2e-3);
+  EXPECT_NEAR(r.cost, 0.5 + 0.3, 1e-9);
+  runner.under(Eigen::Vector2d(0.6, -1));
+  const Rollout other = once();
+  EXPECT_NEAR(measured(other, *skill, "z"), 0.6, 1e-9);
+  EXPECT_NEAR(measured(other, *skill, "v"), -1, 1e-9);
+  runner.under({});
+  EXPECT_EQ(once().hash, r.hash);
+  EXPECT_THROW(runner.under(Eigen::Vector3d(1, 2, 3)), InputError);
+  EXPECT_THROW(runner.under(Eigen::Vector2d(1, std::nan(""))), InputError);
+}
+
+TEST(SkillWords, ConditionsAreDrawnEvenly) {
+  const auto skill = fromText(standing(0.2, "", kConditions));
+  const auto all = drawnConditions(*skill, 8, 1, 3);
+  ASSERT_EQ(all.size(), 8U);
+  for (const auto& [c, least, most] : {std::tuple{0, 0.25, 0.5}, std::tuple{1, -1.0, 1.0}}) {
+    std::set<int> parts;  // one in each eighth of the range
+    for (const VectorXd& one : all) {
+      parts.insert(static_cast<int>(std::floor((one[c] - least) / (most - least) * 8)));
+    }
+    EXPECT_EQ(parts.size(), 8U);
+    EXPECT_EQ(*parts.begin(), 0);
+    EXPECT_EQ(*parts.rbegin(), 7);
+  }
+  EXPECT_EQ(drawnConditions(*skill, 8, 1, 3), all);
+  EXPECT_NE(drawnConditions(*skill, 8, 1, 4), all);
+  EXPECT_NE(drawnConditions(*skill, 8, 2, 3), all);
+}
+
+TEST(SkillWords, ATrialOfDrawnConditionsIsTheirMean) {
+  const std::string rest = std::string(kConditions) + R"_([[failure]]
+name = "low"
+when = "high < 0.4"
+[[objective]]
+name = "known"
+cost = "high + 10 * low"
+)_";
+  const auto skill = fromText(standing(0.05, "", rest));
+  const SkillProblem problem(skill, 0.25, 4, 1);
+  EXPECT_TRUE(problem.draws());
+  double mean = 0;
+  int low = 0;
+  for (const VectorXd& one : drawnConditions(*skill, 4, 1, 2)) {
+    low += one[0] < 0.4;
+    mean += (one[0] + (one[0] < 0.4 ? 10 : 0)) / 4;
+  }
+  const optim::Evaluation e = problem.evaluateIn(2, skill->initialParameters());
+  EXPECT_NEAR(e.cost, mean, 1e-12);
+  EXPECT_EQ(e.violated[0], low > 2);
+  EXPECT_NE(problem.evaluateIn(3, skill->initialParameters()).cost, e.cost);
+  EXPECT_EQ(problem.evaluateIn(2, skill->initialParameters()).cost, e.cost);
+  EXPECT_FALSE(SkillProblem(skill, 0.25).draws());
+  EXPECT_THROW(SkillProblem(fromText(standing(1, "", "")), 0.25, 4, 1), InputError);
+}
+
+TEST(SkillWords, WrongConditionsAndValuesAreTold) {
+  const auto said = [](const char* rest) { return mistakes(standing(0.2, "", rest)); };
+  EXPECT_NE(said("[conditions]\nx = { range = [0, 1], draw = [0.5, 2] }")
+                .find("\"draw\": expected [least, most] within \"range\", [0, 1]"),
+            std::string::npos);
+  EXPECT_NE(said("[conditions]\nx = { range = [0, 1], default = 2 }").find("default 2 is outside"),
+            std::string::npos);
+  EXPECT_NE(said("[conditions]\na = { range = [0, 1] }").find("have this name"), std::string::npos);
+  EXPECT_NE(said("[values]\nx = \"y\"\ny = \"1\"").find("nothing here is named \"y\""),
+            std::string::npos);
+  // A value of signals is none of a start.
+  EXPECT_NE(mistakes(standing(0.2, "", "[values]\nz = \"com.z\"", "", "height = \"z\""))
+                .find("nothing here is named \"z\""),
+            std::string::npos);
+}
+
+TEST(SkillWords, AStartLandsAsItIsToldTo) {
+  const auto skill = fromText(standing(1, "", R"_([measures]
+turned = { of = "somersault.root", take = "last", when = "time < 0.43" }
+first = { of = "somersault.root", take = "first" }
+)_",
+                                       R"_(stiffness = 3)_", R"(height = 0.5
+velocity = [0.2, 0.1, 1]
+spin = [0, 1.5, 0]
+lands = 0.3)"));
+  const Rollout r = run(skill);
+  EXPECT_NEAR(measured(r, *skill, "turned"), 0.3, 0.03);
+  EXPECT_NEAR(measured(r, *skill, "first"), 0.3 - 1.5 * 0.435, 0.05);
+  EXPECT_NE(mistakes(standing(1, "", "", "", "lands = 0.3\npitch = 1")).find("expected one of"),
+            std::string::npos);
+}
+
+TEST(SkillWords, AFlightArrivesAsItIsToldTo) {
+  const auto flight = [](const std::string& in_phase) {
+    return fromText(standing(1.2, "", R"_([measures]
+turned = { of = "somersault.root", take = "last", when = "contact.robot == 0", during = ["one"] }
+foreseen = { of = "touch_down.somersault", take = "last" }
+first = { of = "touch_down.time", take = "first" }
+left = { of = "touch_down.time", take = "last", during = ["one"] }
+speed = { of = "touch_down.velocity.z", take = "last" }
+)_",
+                             in_phase, R"(height = 2.5
+velocity = [0, 0, 0]
+spin = [0, 2.0, 0]
+pitch = -0.6)",
+                             0.6));
+  };
+  // A robot that turns by 1.4 rad in 0.7 s.
+  const auto skill = flight("[phase.flight]\nsomersault = 1.1");
+  const Rollout r = run(skill);
+  EXPECT_NEAR(measured(r, *skill, "first"), 0.71, 0.02);
+  EXPECT_NEAR(measured(r, *skill, "left"), 0.11, 0.03);
+  EXPECT_NEAR(measured(r, *skill, "speed"), -7.0, 0.2);
+  const Rollout less = run(flight("[phase.flight]\nsomersault = 0.5"));
+  EXPECT_GT(measured(r, *skill, "foreseen"), measured(less, *skill, "foreseen") + 0.2);
+  EXPECT_EQ(run(flight("[phase.flight]\nsomersault = 0.5")).hash, less.hash);
+  EXPECT_NE(mistakes(standing(1, "", "", "[phase.flight]")).find("\"somersault\": expected"),
+            std::string::npos);
+  EXPECT_NE(mistakes(standing(1, "", "", "[phase.flight]\nsomersault = 0\nposes = 1000"))
+                .find("\"poses\": expected a whole number"),
+            std::string::npos);
+}
+
+TEST(SkillWords, AForceMayFollowTheHeading) {
+  // Turned to the left, forward is the world's y.
+  const auto skill = fromText(standing(0.05, "", R"_([measures]
+forward = { of = "com_velocity.forward", take = "last" }
+y = { of = "com_velocity.y", take = "last" }
+x = { of = "com_velocity.x", take = "last" }
+)_",
+                                       R"_(limited = false
+[[phase.force]]
+bodies = ["l_hand"]
+frame = "heading"
+force = [3, 0, 0])_",
+                                       "height = 1\nyaw = 1.5707963"));
+  sim::Recording film;
+  const Rollout r = run(skill, &film);
+  EXPECT_NEAR(measured(r, *skill, "forward"), measured(r, *skill, "y"), 1e-6);
+  // The arm swings that way: it is told to by the shoulder's torque.
+  EXPECT_GT(std::abs(film.frames.back().torque.lpNorm<Eigen::Infinity>()), 0);
+  EXPECT_NE(mistakes(standing(1, "", "",
+                              "[[phase.force]]\nbodies = [\"l_hand\"]\nforce = [1, 0, "
+                              "0]\nframe = \"body\""))
+                .find("expected one of world, cop to com, heading"),
+            std::string::npos);
 }
 
 TEST(SkillWords, AStartInTheAirIsWhatItSays) {
@@ -621,7 +795,7 @@ TEST(SkillWords, EachMistakeIsSaid) {
   phase("[[phase.force]]\npoints = [\"hed\"]\nforce = [0, 0, 1]", "Did you mean \"head\"?");
   phase("[[phase.force]]\ncom = true\nmoment = [0, 0, 1]", "a moment is on a body");
   phase("[[phase.force]]\nbodies = [\"feet\"]\nforce = [0, 0, 1]\nframe = \"cop\"",
-        "expected \"world\" or \"cop to com\"");
+        "expected one of world, cop to com, heading");
   phase("[[phase.force]]\nbodies = [\"feet\"]\nforce = [0, 0, 1]\nagainst = [\"foot\"]",
         "no body named \"foot\"");
   phase("[phase.reach]\nhold = [\"feet\"]", "expected at least one goal");

@@ -8,6 +8,7 @@
 #include "traceur/control/expression.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
+#include "traceur/skill/places.h"
 
 namespace traceur::skill {
 namespace {
@@ -234,6 +235,12 @@ void Words::stagesKnown() {
   }
 }
 
+bool Words::isSetup(const std::string& expression) {
+  const auto names = control::Expression::namesIn(expression);
+  return std::all_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return known(Scope::kSetup, name); });
+}
+
 std::string Words::expression(const TomlValue& v, Scope scope) {
   const auto fail = [&](std::string_view message) {
     diagnostics_->add(v.line, v.column, message);
@@ -290,8 +297,12 @@ bool knownInVerdict(const Skill& skill, const std::string& name) {
   for (const auto& [known, unused] : skill.constants) {
     if (known == name) return true;
   }
-  if (has(skill.parameters, name) || has(skill.measures, name) || has(skill.failures, name)) {
+  if (has(skill.parameters, name) || has(skill.conditions, name) || has(skill.measures, name) ||
+      has(skill.failures, name)) {
     return true;
+  }
+  for (const Value& v : skill.values) {
+    if (v.name == name) return !v.running;
   }
   return std::any_of(skill.parts.begin(), skill.parts.end(), [&](const Part& part) {
     if (!name.starts_with(part.name + ".")) return false;
@@ -310,7 +321,13 @@ bool Words::known(Scope scope, const std::string& name) {
   if (scope == Scope::kConstant) return false;
   if (scope == Scope::kVerdict) return knownInVerdict(*skill_, name);
   if (name == "task" || name == "horizon" || has(skill_->parameters, name)) return true;
+  if (has(skill_->conditions, name)) return true;
+  for (const Value& v : skill_->values) {
+    if (v.name == name) return !v.running || scope == Scope::kRunning;
+  }
   if (scope == Scope::kSetup) return false;
+  const auto& foreseen = Places::touchDownNames();
+  if (std::find(foreseen.begin(), foreseen.end(), name) != foreseen.end()) return true;
   return name == "time" || name == "phase_time" || stages_.contains(name) || signals_->find(name);
 }
 
@@ -320,9 +337,14 @@ std::vector<std::string> Words::plainNames(Scope scope) const {
   if (scope == Scope::kConstant) return out;
   out.insert(out.end(), {"task", "horizon"});
   for (const ParamSpec& p : skill_->parameters) out.push_back(p.name);
+  for (const ParamSpec& p : skill_->conditions) out.push_back(p.name);
+  for (const Value& v : skill_->values) {
+    if (!v.running || scope == Scope::kRunning) out.push_back(v.name);
+  }
   if (scope == Scope::kRunning) {
     out.insert(out.end(), {"time", "phase_time"});
     out.insert(out.end(), stages_.begin(), stages_.end());
+    out.insert(out.end(), Places::touchDownNames().begin(), Places::touchDownNames().end());
   }
   if (scope == Scope::kVerdict) {
     out.push_back("time");

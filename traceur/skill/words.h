@@ -40,6 +40,8 @@ class Words {
   /// The value of an expression of constants.
   double value(const TomlReader& row, const char* key, double otherwise);
   double value(const TomlValue& v);
+  /// Whether a checked expression names nothing that changes in a trial.
+  bool isSetup(const std::string& expression);
   /// The value of an expression that names nothing that changes; nothing for another.
   std::optional<double> constant(const std::string& expression) const;
 
