@@ -21,6 +21,7 @@ void addShow(CLI::App& program, int& exit_code);
 void addRender(CLI::App& program, int& exit_code);
 void addPlot(CLI::App& program, int& exit_code);
 void addInspect(CLI::App& program, int& exit_code);
+void addLand(CLI::App& program, int& exit_code);
 void addFall(CLI::App& program, int& exit_code);
 void addBalance(CLI::App& program, int& exit_code);
 void addMinimise(CLI::App& program, int& exit_code);

@@ -1,0 +1,136 @@
+#include "traceur/landing/falls.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "traceur/core/error.h"
+#include "traceur/core/random.h"
+#include "traceur/core/text.h"
+#include "traceur/core/thread_pool.h"
+
+namespace traceur::landing {
+
+const std::vector<FallSet>& fallSets() {
+  static const std::vector<FallSet> kSets = {
+      {"easy",
+       "planar, from 2.2 to 3.2 m",
+       {{"height", 2.2, 3.2}, {"forward", 1.5, 4}, {"pitch_rate", 0, 1.5}, {"miss", -0.3, 0.3}}},
+      {"platform",
+       "off a platform of 1.1 m, hardly any spin",
+       {{"height", 2.0, 2.0}, {"forward", 1, 3}, {"pitch_rate", -0.2, 0.2}, {"miss", -0.3, 0.3}}},
+      {"m2",
+       "from 2.2 to 5 m, a little of everything",
+       {{"height", 2.2, 5},
+        {"forward", 0, 5},
+        {"pitch_rate", -0.5, 2},
+        {"lateral", -0.5, 0.5},
+        {"roll_rate", -0.5, 0.5},
+        {"yaw_rate", -0.5, 0.5},
+        {"miss", -0.3, 0.3},
+        {"roll", -0.3, 0.3},
+        {"yaw", -0.3, 0.3}}},
+      {"m3",
+       "from 2.2 to 8 m with large spins",
+       {{"height", 2.2, 8},
+        {"forward", -1, 6},
+        {"pitch_rate", -1, 4},
+        {"lateral", -1, 1},
+        {"roll_rate", -1, 1},
+        {"yaw_rate", -2, 2},
+        {"miss", -0.3, 0.3},
+        {"roll", -0.3, 0.3},
+        {"yaw", -0.3, 0.3}}},
+  };
+  return kSets;
+}
+
+const FallSet& findFallSet(const std::string& name) {
+  std::vector<std::string> names;
+  for (const FallSet& set : fallSets()) {
+    if (set.name == name) return set;
+    names.push_back(set.name);
+  }
+  throw InputError(fmt::format("no set of falls named \"{}\".{} Known: {}", name,
+                               didYouMean(name, names), join(names)));
+}
+
+std::vector<VectorXd> drawFalls(const skill::Skill& skill, const FallSet& set, int count,
+                                std::uint64_t seed) {
+  std::vector<VectorXd> all(static_cast<size_t>(count), skill.initialConditions());
+  for (size_t r = 0; r < set.ranges.size(); ++r) {
+    const FallSet::Range& range = set.ranges[r];
+    const auto found = std::find_if(skill.conditions.begin(), skill.conditions.end(),
+                                    [&](const ParamSpec& c) { return c.name == range.condition; });
+    if (found == skill.conditions.end() || range.min < found->min || range.max > found->max) {
+      throw InputError(fmt::format("{}: expected a condition \"{}\" whose range holds [{}, {}]",
+                                   skill.file.string(), range.condition, range.min, range.max));
+    }
+    for (size_t k = 0; k < all.size(); ++k) {
+      all[k][found - skill.conditions.begin()] = Random(seed, k, r).uniform(range.min, range.max);
+    }
+  }
+  return all;
+}
+
+std::vector<Fall> fallAll(const std::shared_ptr<const skill::Skill>& skill,
+                          const VectorXd& parameters, std::span<const VectorXd> conditions,
+                          int threads, const std::function<void(size_t done)>& told) {
+  std::vector<Fall> falls(conditions.size());
+  ThreadPool pool(threads);
+  std::mutex mutex;
+  struct Workspace {
+    skill::Runner runner;
+    Judge judge;
+  };
+  std::vector<std::unique_ptr<Workspace>> idle;
+  size_t done = 0;
+  pool.forEach(static_cast<int>(conditions.size()), [&](int k) {
+    std::unique_ptr<Workspace> w;
+    {
+      const std::lock_guard lock(mutex);
+      if (!idle.empty()) {
+        w = std::move(idle.back());
+        idle.pop_back();
+      }
+    }
+    if (!w) {
+      w = std::make_unique<Workspace>(Workspace{skill::Runner(skill), Judge(skill->model)});
+      w->runner.watchedBy({&w->judge}, true);
+    }
+    w->runner.under(conditions[static_cast<size_t>(k)]);
+    Fall& fall = falls[static_cast<size_t>(k)];
+    fall.rollout = w->runner.run(parameters, skill->task.initial);
+    fall.verdict = w->judge.verdict();
+    const std::lock_guard lock(mutex);
+    idle.push_back(std::move(w));
+    if (told) told(++done);
+  });
+  return falls;
+}
+
+namespace {
+
+/// Wilson's interval with z of 95 %.
+double wilson(int of, int all, double sign) {
+  static constexpr double kZ = 1.959963984540054;
+  if (all == 0) return sign < 0 ? 0 : 1;
+  const double n = all;
+  const double p = of / n;
+  const double half = kZ * std::sqrt(p * (1 - p) / n + kZ * kZ / (4 * n * n));
+  return std::clamp((p + kZ * kZ / (2 * n) + sign * half) / (1 + kZ * kZ / n), 0.0, 1.0);
+}
+
+}  // namespace
+
+double Share::low() const {
+  return wilson(of, all, -1);
+}
+
+double Share::high() const {
+  return wilson(of, all, 1);
+}
+
+}  // namespace traceur::landing

@@ -1,0 +1,106 @@
+#include "traceur/landing/judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "traceur/core/error.h"
+#include "traceur/flight/turning.h"
+
+namespace traceur::landing {
+
+bool Verdict::safe() const {
+  return stands() && head_force < kHeadForce;
+}
+
+Judge::Judge(std::shared_ptr<const sim::Model> model)
+    : model_(std::move(model)), head_(group("head")), feet_(group("feet")), back_(group("trunk")) {
+  const std::vector<bool> shoulders = group("shoulders");
+  for (size_t b = 0; b < back_.size(); ++b) back_[b] = back_[b] || shoulders[b];
+}
+
+std::vector<bool> Judge::group(const char* name) const {
+  const auto& groups = model_->robot()->bodies;
+  const auto found = groups.find(name);
+  if (found == groups.end()) {
+    throw InputError(fmt::format("{}: [bodies]: expected a group \"{}\" to judge a landing by",
+                                 model_->robot()->toml.string(), name));
+  }
+  std::vector<bool> in(static_cast<size_t>(model_->bodies()), false);
+  for (const std::string& body : found->second) {
+    in[static_cast<size_t>(model_->body(body).value)] = true;
+  }
+  return in;
+}
+
+void Judge::begin(const motion::Moment& m) {
+  verdict_ = {};
+  verdict_.stress.setZero(model_->bodies());
+  somersault_ = flight::Turn::of(m.s.bodyRotation(model_->root())).somersault;
+  on_back_ = false;
+  up_since_.reset();
+  const double steps = Verdict::kStressWindow / model_->timeStep();
+  window_.assign(static_cast<size_t>(std::max(1L, std::lround(steps))),
+                 VectorXd::Zero(model_->bodies()));
+  sum_.setZero(model_->bodies());
+  steps_ = 0;
+}
+
+void Judge::addStress(const motion::Moment& m) {
+  VectorXd& oldest = window_[static_cast<size_t>(steps_) % window_.size()];
+  sum_ -= oldest;
+  oldest = m.s.jointForces().colwise().norm().transpose();
+  sum_ += oldest;
+  ++steps_;
+  const double n = static_cast<double>(std::min(window_.size(), static_cast<size_t>(steps_)));
+  verdict_.stress = verdict_.stress.cwiseMax(sum_ / n);
+}
+
+void Judge::look(const motion::Moment& m) {
+  const double now = flight::Turn::of(m.s.bodyRotation(model_->root())).somersault;
+  somersault_ += std::remainder(now - somersault_, 2 * std::numbers::pi);
+  bool touches = false;
+  bool feet_alone = true;
+  double head = 0;
+  for (const sim::RobotContact& c : m.s.robotContacts()) {
+    const auto body = static_cast<size_t>(c.body.value);
+    touches = true;
+    feet_alone = feet_alone && feet_[body];
+    on_back_ = on_back_ || (back_[body] && somersault_ > 2);
+    if (head_[body]) head += c.f_W.norm();
+  }
+  if (touches && !verdict_.touch_down) {
+    verdict_.touch_down = m.time;
+    verdict_.touch_down_speed = -m.s.comVelocity().z();
+    verdict_.touch_down_somersault = somersault_;
+  }
+  if (!verdict_.touch_down) return;
+  addStress(m);
+  verdict_.head_force = std::max(verdict_.head_force, head);
+  if (!verdict_.rolled && on_back_ && somersault_ > Verdict::kRolled) verdict_.rolled = m.time;
+  const bool up = touches && feet_alone && m.s.com().z() > Verdict::kStanding;
+  if (!up) {
+    up_since_.reset();
+  } else if (!up_since_) {
+    up_since_ = m.time;
+  }
+  if (verdict_.rolled && up && !verdict_.stood &&
+      m.time - *up_since_ > Verdict::kStandingTime - 1e-9) {
+    verdict_.stood = m.time;
+  }
+}
+
+std::string_view Judge::ends(const motion::Moment& m) {
+  look(m);
+  if (verdict_.stood) {
+    if (m.time - *verdict_.stood < Verdict::kLater) return {};
+    verdict_.stands_later = up_since_.has_value();
+    return "stands";
+  }
+  if (!verdict_.touch_down || m.time - *verdict_.touch_down < kPatience) return {};
+  return "does not stand";
+}
+
+}  // namespace traceur::landing
