@@ -82,6 +82,12 @@ double heading(const sim::Matrix3d& R) {
   return std::atan2(forward.y(), forward.x());
 }
 
+struct Turning {
+  const char* prefix;
+  double (*read)(const sim::Matrix3d& R);
+};
+constexpr Turning kTurnings[] = {{kSomersault, somersault}, {kTilt, tilt}, {kHeading, heading}};
+
 /// 1 or -1 when side b or a of a contact, and not the other, is in bodies; 0 for neither, for both
 /// and inside the robot.
 int sideIn(const sim::Model& model, const std::vector<bool>& bodies, const sim::Contact& c) {
@@ -317,13 +323,11 @@ Signals::Reader Signals::reader(const std::string& name) const {
         return sim::rpyOf(s.bodyRotation(id))[axis];
       };
     }
-    for (const auto& [prefix, read] :
-         std::initializer_list<std::pair<const char*, double (*)(const sim::Matrix3d&)>>{
-             {kSomersault, somersault}, {kTilt, tilt}, {kHeading, heading}}) {
-      const auto body = after(name, prefix);
+    for (const Turning& turning : kTurnings) {
+      const auto body = after(name, turning.prefix);
       if (!body) continue;
-      return [read, id = *body == "root" ? model_->root() : model_->body(*body)](
-                 const Snapshot& s) { return read(s.bodyRotation(id)); };
+      const BodyId id = *body == "root" ? model_->root() : model_->body(*body);
+      return [read = turning.read, id](const Snapshot& s) { return read(s.bodyRotation(id)); };
     }
     if (const auto part = component(name)) return vectorReader(part->name, part->axis);
     for (const bool left : {false, true}) {

@@ -82,7 +82,7 @@ FlightPlan FlightPlanner::plan(const sim::Snapshot& s, const Wanted& wanted, dou
     somersault = wanted(arrive(f, f.R));
   }
 
-  const auto costOf = [&](const TouchDown& t) {
+  const auto cost_of = [&](const TouchDown& t) {
     const double off = std::remainder(t.turn.somersault - wanted(t), kTurn);
     return off * off + t.turn.tilt * t.turn.tilt;
   };
@@ -90,7 +90,7 @@ FlightPlan FlightPlanner::plan(const sim::Snapshot& s, const Wanted& wanted, dou
   best.cost = std::numeric_limits<double>::infinity();
   const auto consider = [&](int pose, double hold, const Matrix3d& R) {
     const TouchDown t = arrive(f, R);
-    const double cost = costOf(t);
+    const double cost = cost_of(t);
     if (cost < best.cost) best = {pose, hold, t, cost};
     return cost;
   };

@@ -62,8 +62,7 @@ void BoundReach::solve(const sim::Snapshot& s, const VectorXd& wanted,
 
 BoundFlight::BoundFlight(const Flight& flight, const std::shared_ptr<const sim::Model>& model,
                          Places& places)
-    : flight_(&flight),
-      places_(&places),
+    : places_(&places),
       gravity_(model->gravity()),
       planner_(model, flight.poses),
       somersault_(flight.somersault, places.in(Scope::kRunning)),

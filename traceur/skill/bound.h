@@ -69,7 +69,6 @@ class BoundFlight {
   bool disturbed(const sim::Snapshot& s) const;
   void plan(const sim::Snapshot& s, std::optional<int> only);
 
-  const Flight* flight_;
   Places* places_;
   double gravity_;  // [m/s²]
   flight::FlightPlanner planner_;

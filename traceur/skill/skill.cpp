@@ -92,7 +92,7 @@ std::shared_ptr<const Skill> Skill::fromText(const std::string& text, const fs::
 fs::path findSkill(const std::string& robot, const std::string& name) {
   std::vector<std::string> looked;
   for (const fs::path& folder : dataFolders({})) {
-    const fs::path file = folder / "skills" / robot / (name + ".toml");
+    fs::path file = folder / "skills" / robot / (name + ".toml");
     if (isFile(file)) return file;
     looked.push_back(file.parent_path().string());
   }
