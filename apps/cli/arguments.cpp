@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -23,6 +24,34 @@ std::string optimisersHelp() {
     }
   }
   return text;
+}
+
+void assign(Eigen::VectorXd& x, const Numbers& numbers, const std::string& name, double value,
+            const std::string& where) {
+  std::vector<std::string> names;
+  for (const ParamSpec& p : numbers.rows) names.push_back(p.name);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) {
+    throw InputError(fmt::format("{}: {} has no {} \"{}\".{}{}", where, numbers.owner, numbers.kind,
+                                 name, didYouMean(name, names),
+                                 names.empty() ? "" : " There is: " + join(names)));
+  }
+  const ParamSpec& p = numbers.rows[found - names.begin()];
+  if (!(value >= p.min && value <= p.max)) {
+    throw InputError(fmt::format("{}: {} is within [{}, {}]{}", where, name, p.min, p.max,
+                                 p.unit.empty() ? "" : " " + p.unit));
+  }
+  x[found - names.begin()] = value;
+}
+
+void assign(Eigen::VectorXd& x, const Numbers& numbers, const std::string& text,
+            const char* option) {
+  const std::string where = fmt::format("{} {}", option, text);
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw InputError(fmt::format("{}: expected NAME=VALUE", where));
+  }
+  assign(x, numbers, text.substr(0, equals), toNumber(text.substr(equals + 1), where), where);
 }
 
 CLI::Validator isSeed() {

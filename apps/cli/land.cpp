@@ -31,8 +31,7 @@ struct Strategy {
   const char* name;
   const char* file;
 };
-constexpr Strategy kStrategies[] = {
-    {"feet", "land"}, {"hands", "land-hands"}, {"ragdoll", "ragdoll"}};
+constexpr Strategy kStrategies[] = {{"feet", "land"}, {"ragdoll", "ragdoll"}};
 
 struct Arguments {
   std::string robot = "human";
@@ -51,47 +50,19 @@ struct Arguments {
   bool json = false;
 };
 
-/// The place of a condition of this name.
-Eigen::Index conditionOf(const Skill& skill, const std::string& name) {
-  std::vector<std::string> names;
-  for (size_t i = 0; i < skill.conditions.size(); ++i) {
-    if (skill.conditions[i].name == name) return static_cast<Eigen::Index>(i);
-    names.push_back(skill.conditions[i].name);
-  }
-  throw InputError(fmt::format("{} has no condition \"{}\".{}{}", skill.name, name,
-                               didYouMean(name, names),
-                               names.empty() ? "" : " There is: " + join(names)));
-}
-
-void give(const Skill& skill, Eigen::VectorXd& x, const std::string& name, double value,
-          const std::string& option) {
-  const Eigen::Index i = conditionOf(skill, name);
-  const ParamSpec& c = skill.conditions[static_cast<size_t>(i)];
-  if (!(value >= c.min && value <= c.max)) {
-    throw InputError(fmt::format("{}: {} is within [{}, {}]{}, got {}", option, name, c.min, c.max,
-                                 c.unit.empty() ? "" : " " + c.unit, value));
-  }
-  x[i] = value;
-}
-
 Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   Eigen::VectorXd x = skill.initialConditions();
-  if (a.height) give(skill, x, "height", *a.height, "--height");
+  const Numbers conditions{skill.conditions, "condition", skill.name};
+  const auto give = [&](const char* name, double value, const char* option) {
+    assign(x, conditions, name, value, fmt::format("{} {:g}", option, value));
+  };
+  if (a.height) give("height", *a.height, "--height");
   static constexpr const char* kVelocity[] = {"forward", "lateral", "up"};
   static constexpr const char* kSpin[] = {"pitch_rate", "roll_rate", "yaw_rate"};
-  for (size_t i = 0; i < a.velocity.size(); ++i) {
-    give(skill, x, kVelocity[i], a.velocity[i], "--velocity");
-  }
-  for (size_t i = 0; i < a.spin.size(); ++i) give(skill, x, kSpin[i], a.spin[i], "--spin");
-  if (a.lean) give(skill, x, "miss", *a.lean, "--lean");
-  for (const std::string& text : a.given) {
-    const size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw InputError(fmt::format("--given {}: expected NAME=VALUE", text));
-    }
-    give(skill, x, text.substr(0, equals), toNumber(text.substr(equals + 1), "--given " + text),
-         "--given " + text);
-  }
+  for (size_t i = 0; i < a.velocity.size(); ++i) give(kVelocity[i], a.velocity[i], "--velocity");
+  for (size_t i = 0; i < a.spin.size(); ++i) give(kSpin[i], a.spin[i], "--spin");
+  if (a.lean) give("miss", *a.lean, "--lean");
+  for (const std::string& text : a.given) assign(x, conditions, text, "--given");
   return x;
 }
 
@@ -193,7 +164,10 @@ int land(const Arguments& a) {
         practice::beginningFrom(practice::Run::open(a.from), skill->parameters, skill->task.initial)
             .parameters);
   }
-  if (a.falls > 0) return many(a, skill, parameters);
+  if (a.falls > 0) {
+    if (!a.files.empty()) throw InputError("--out: pictures are of one fall: expected no --falls");
+    return many(a, skill, parameters);
+  }
   for (const fs::path picture : a.files) requirePicture(picture);
   const Eigen::VectorXd conditions = conditionsOf(*skill, a);
   skill::Runner runner(skill);
@@ -240,7 +214,9 @@ void addLand(CLI::App& program, int& exit_code) {
   verb->add_option("--from", a->from, "A run of traceur learn whose numbers to land with");
   verb->add_option("--falls", a->falls, "So many falls by lot, and how many succeed")
       ->check(CLI::Range(1, 100'000));
-  verb->add_option("--set", a->set, "Of falls by lot: easy, platform, m2 or m3")
+  std::vector<std::string> sets;
+  for (const landing::FallSet& set : landing::fallSets()) sets.push_back(set.name);
+  verb->add_option("--set", a->set, "Of falls by lot: " + join(sets, " or "))
       ->capture_default_str();
   verb->add_option("--seed", a->seed, "Of falls by lot")->check(isSeed())->capture_default_str();
   verb->add_option("--time-step", a->time_step, "Of the simulation [s]; default: the skill's")

@@ -30,34 +30,10 @@ struct Arguments {
 };
 
 /// The rows' initial numbers, but for those of NAME=VALUE.
-/// @param option  as messages name it: "--set"
-/// @param kind    "parameter"
-Eigen::VectorXd numbersOf(const Skill& skill, const ParamSpecs& rows, const char* option,
-                          const char* kind, const std::vector<std::string>& values) {
-  Eigen::VectorXd x = initialOf(rows);
-  std::vector<std::string> names;
-  for (const ParamSpec& p : rows) names.push_back(p.name);
-  for (const std::string& text : values) {
-    const std::string where = fmt::format("{} {}", option, text);
-    const size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw InputError(fmt::format("{}: expected NAME=VALUE", where));
-    }
-    const std::string name = text.substr(0, equals);
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) {
-      throw InputError(fmt::format("{}: {} has no {} \"{}\".{}{}", where, skill.name, kind, name,
-                                   didYouMean(name, names),
-                                   names.empty() ? "" : " There is: " + join(names)));
-    }
-    const ParamSpec& p = rows[found - names.begin()];
-    const double value = toNumber(text.substr(equals + 1), where);
-    if (!(value >= p.min && value <= p.max)) {
-      throw InputError(fmt::format("{}: {} is within [{}, {}]{}", where, name, p.min, p.max,
-                                   p.unit.empty() ? "" : " " + p.unit));
-    }
-    x[found - names.begin()] = value;
-  }
+Eigen::VectorXd numbersOf(const Numbers& numbers, const char* option,
+                          const std::vector<std::string>& values) {
+  Eigen::VectorXd x = initialOf(numbers.rows);
+  for (const std::string& text : values) assign(x, numbers, text, option);
   return x;
 }
 
@@ -100,9 +76,10 @@ void report(const Arguments& a, const LearnedSkill& what, const Performance& p) 
 int trySkill(const Arguments& a) {
   Interrupt interrupt;  // before any other thread
   const std::shared_ptr<const Skill> skill = Skill::fromFile(a.skill_file);
-  const LearnedSkill what{skill, a.task.value_or(skill->task.initial),
-                          numbersOf(*skill, skill->parameters, "--set", "parameter", a.values),
-                          numbersOf(*skill, skill->conditions, "--given", "condition", a.given)};
+  const LearnedSkill what{
+      skill, a.task.value_or(skill->task.initial),
+      numbersOf({skill->parameters, "parameter", skill->name}, "--set", a.values),
+      numbersOf({skill->conditions, "condition", skill->name}, "--given", a.given)};
   practice::requireInRange(*skill, what.task);
   for (const fs::path file : a.files) {
     if (file.extension() != ".run") requirePicture(file);

@@ -34,11 +34,12 @@ refused() {
   text=$("$traceur" land "$@" 2>&1 >/dev/null) && complain "land $*: not refused"
   case $text in *"$words"*) ;; *) complain "land $*: $text" ;; esac
 }
-refused "height is within [1, 25] m, got 0" --height 0
+refused "--height 0: height is within [1, 25] m" --height 0
 refused "no set of falls named" --falls 2 --set esy
 refused "to judge a landing by" --robot bioloid-gp
 refused "looked in" --robot nobody
 refused "has no condition" --given heigth=3
 refused "expected NAME=VALUE" --given height
+refused "pictures are of one fall" --falls 2 --out "$dir/x.png"
 refused "no such run file" --from "$dir/none.run"
 exit $((failures > 0))

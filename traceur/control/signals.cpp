@@ -10,6 +10,7 @@
 
 #include "traceur/control/expression.h"
 #include "traceur/core/error.h"
+#include "traceur/sim/turn.h"
 
 namespace traceur::control {
 namespace {
@@ -62,31 +63,13 @@ bool mayBe(const auto& read) {
   }
 }
 
-/// Horizontal, at right angles to a body's left axis; as Snapshot::heading of the root.
-Vector3d headingOf(const sim::Matrix3d& R) {
-  return R.col(1).cross(Vector3d::UnitZ());
-}
-
-double somersault(const sim::Matrix3d& R) {
-  const Vector3d up = R.col(2);
-  const Vector3d forward = headingOf(R).normalized();
-  return std::atan2(up.dot(forward), up.dot(forward.cross(Vector3d(R.col(1)))));
-}
-
-double tilt(const sim::Matrix3d& R) {
-  return -std::asin(std::clamp(R(2, 1), -1.0, 1.0));
-}
-
-double heading(const sim::Matrix3d& R) {
-  const Vector3d forward = headingOf(R);
-  return std::atan2(forward.y(), forward.x());
-}
-
 struct Turning {
   const char* prefix;
-  double (*read)(const sim::Matrix3d& R);
+  double sim::Turn::*angle;
 };
-constexpr Turning kTurnings[] = {{kSomersault, somersault}, {kTilt, tilt}, {kHeading, heading}};
+constexpr Turning kTurnings[] = {{kSomersault, &sim::Turn::somersault},
+                                 {kTilt, &sim::Turn::tilt},
+                                 {kHeading, &sim::Turn::heading}};
 
 /// 1 or -1 when side b or a of a contact, and not the other, is in bodies; 0 for neither, for both
 /// and inside the robot.
@@ -327,7 +310,9 @@ Signals::Reader Signals::reader(const std::string& name) const {
       const auto body = after(name, turning.prefix);
       if (!body) continue;
       const BodyId id = *body == "root" ? model_->root() : model_->body(*body);
-      return [read = turning.read, id](const Snapshot& s) { return read(s.bodyRotation(id)); };
+      return [angle = turning.angle, id](const Snapshot& s) {
+        return sim::Turn::of(s.bodyRotation(id)).*angle;
+      };
     }
     if (const auto part = component(name)) return vectorReader(part->name, part->axis);
     for (const bool left : {false, true}) {

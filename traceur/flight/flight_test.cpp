@@ -42,16 +42,16 @@ TEST(Turned, OfARigidBodyKeepsItsEnergy) {
 }
 
 TEST(Turn, IsWhatDiversCount) {
-  EXPECT_NEAR(Turn::of(pitched(2.5)).somersault, 2.5, 1e-12);
-  EXPECT_NEAR(Turn::of(pitched(-1)).somersault, -1, 1e-12);
+  EXPECT_NEAR(sim::Turn::of(pitched(2.5)).somersault, 2.5, 1e-12);
+  EXPECT_NEAR(sim::Turn::of(pitched(-1)).somersault, -1, 1e-12);
   const Matrix3d yaw = Eigen::AngleAxisd(0.7, Vector3d::UnitZ()).toRotationMatrix();
   const Matrix3d roll = Eigen::AngleAxisd(-0.2, Vector3d::UnitX()).toRotationMatrix();
-  const Turn all = Turn::of(yaw * roll * pitched(3));
+  const sim::Turn all = sim::Turn::of(yaw * roll * pitched(3));
   EXPECT_NEAR(all.heading, 0.7, 1e-12);  // upside down, too
   EXPECT_NEAR(all.tilt, 0.2, 1e-12);
   EXPECT_NEAR(all.somersault, 3, 1e-12);
   // To its left.
-  EXPECT_NEAR(Turn::of(roll).tilt, 0.2, 1e-12);
+  EXPECT_NEAR(sim::Turn::of(roll).tilt, 0.2, 1e-12);
 }
 
 std::shared_ptr<const sim::Model> flyer() {

@@ -16,13 +16,12 @@ constexpr int kCoarse = 10;
 /// Golden section steps; the interval shrinks to 2 % [ours].
 constexpr int kFine = 8;
 
-/// Of a body that falls freely to a height [s]; 0 where it is below and never gets there.
+}  // namespace
+
 double fallTime(double height, double velocity, double gravity) {
   const double root = velocity * velocity + 2 * gravity * height;
   return root > 0 ? std::max(0.0, (velocity + std::sqrt(root)) / gravity) : 0;
 }
-
-}  // namespace
 
 struct FlightPlanner::Flight {
   Matrix3d R;  // of the root now
@@ -62,7 +61,7 @@ TouchDown FlightPlanner::arrive(const Flight& f, const Matrix3d& R) const {
   t.time = f.time;
   t.velocity = f.velocity;
   t.spin = R * (landing_.inertia.inverse() * (R.transpose() * f.L));
-  t.turn = Turn::of(R);
+  t.turn = sim::Turn::of(R);
   return t;
 }
 

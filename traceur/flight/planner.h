@@ -8,15 +8,20 @@
 #include <vector>
 
 #include "traceur/flight/poses.h"
+#include "traceur/sim/turn.h"
 
 namespace traceur::flight {
+
+/// Until a body in free flight is `height` [m] lower, which rises with `velocity` [m/s] [s]; 0
+/// where it is below already and never gets there.
+double fallTime(double height, double velocity, double gravity);
 
 /// How a body meets the ground, as far as it can be said.
 struct TouchDown {
   double time = 0;                       ///< until then [s]
   Vector3d velocity = Vector3d::Zero();  ///< of the COM, world axes [m/s]
   Vector3d spin = Vector3d::Zero();      ///< I⁻¹ L, world axes [rad/s]
-  Turn turn;                             ///< of the root
+  sim::Turn turn;                        ///< of the root
 };
 
 /// What to do in the air.

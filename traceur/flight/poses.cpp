@@ -10,8 +10,7 @@
 namespace traceur::flight {
 namespace {
 
-/// How many poses the choice is made from [ours: with 2000 the sixteenth is as unlike the others
-/// within a tenth].
+/// How many poses the choice is made from [ours: drawing them takes some tenths of a second].
 constexpr int kDrawn = 500;
 
 sim::State stateOf(const sim::Model& model, const VectorXd& joints) {

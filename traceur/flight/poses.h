@@ -27,9 +27,8 @@ FlightPose flightPose(sim::World& world, const VectorXd& joints);
 /// `seed_pose`, each other one argmax min_j ‖I(q) − I(q_j)‖ (Frobenius) of what is left.
 ///
 /// The dissertation takes them from a clip of a person stretching; ours are drawn: of each pair of
-/// joints, and of each that has no partner, an angle between its limits, for one in four a left and
-/// a right one apart. Draws that reach into the ground or into themselves are not looked at: only
-/// the inertia counts, and the limits keep limbs out of the trunk.
+/// joints, and of each that has no partner, an angle between its limits, small ones more often; in
+/// one draw of four the two of a pair differ. Poses that touch themselves are left out.
 /// @param seed_pose  by joint [rad]
 std::vector<FlightPose> unlikePoses(const std::shared_ptr<const sim::Model>& model,
                                     const VectorXd& seed_pose, int count, std::uint64_t seed = 1);

@@ -32,12 +32,4 @@ Matrix3d turned(Matrix3d R, const Vector3d& L, const Matrix3d& from, const Matri
   return R;
 }
 
-Turn Turn::of(const Matrix3d& R) {
-  const Vector3d left = R.col(1);
-  const Vector3d up = R.col(2);
-  const Vector3d forward = left.cross(Vector3d::UnitZ()).normalized();
-  return {std::atan2(up.dot(forward), up.dot(forward.cross(left))),
-          -std::asin(std::clamp(left.z(), -1.0, 1.0)), std::atan2(forward.y(), forward.x())};
-}
-
 }  // namespace traceur::flight

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "traceur/core/error.h"
-#include "traceur/flight/turning.h"
+#include "traceur/sim/turn.h"
 
 namespace traceur::landing {
 
@@ -19,6 +19,7 @@ Judge::Judge(std::shared_ptr<const sim::Model> model)
     : model_(std::move(model)), head_(group("head")), feet_(group("feet")), back_(group("trunk")) {
   const std::vector<bool> shoulders = group("shoulders");
   for (size_t b = 0; b < back_.size(); ++b) back_[b] = back_[b] || shoulders[b];
+  back_[static_cast<size_t>(model_->root().value)] = false;  // who lands on the seat has not rolled
 }
 
 std::vector<bool> Judge::group(const char* name) const {
@@ -38,7 +39,7 @@ std::vector<bool> Judge::group(const char* name) const {
 void Judge::begin(const motion::Moment& m) {
   verdict_ = {};
   verdict_.stress.setZero(model_->bodies());
-  somersault_ = flight::Turn::of(m.s.bodyRotation(model_->root())).somersault;
+  somersault_ = sim::Turn::of(m.s.bodyRotation(model_->root())).somersault;
   on_back_ = false;
   up_since_.reset();
   const double steps = Verdict::kStressWindow / model_->timeStep();
@@ -59,7 +60,7 @@ void Judge::addStress(const motion::Moment& m) {
 }
 
 void Judge::look(const motion::Moment& m) {
-  const double now = flight::Turn::of(m.s.bodyRotation(model_->root())).somersault;
+  const double now = sim::Turn::of(m.s.bodyRotation(model_->root())).somersault;
   somersault_ += std::remainder(now - somersault_, 2 * std::numbers::pi);
   bool touches = false;
   bool feet_alone = true;

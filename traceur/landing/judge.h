@@ -1,7 +1,9 @@
 // What a landing came to: whether it rolled and stands, what the head and the joints bore.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "traceur/motion/controller.h"
@@ -13,9 +15,9 @@ using Eigen::VectorXd;
 /// A fall as it is counted.
 ///
 /// It has rolled when after touch-down the trunk's somersault, counted on from upright, has passed
-/// kRolled, with shoulders or back on the ground between. It stands once, after that, it has been
-/// on its feet alone with the COM above kStanding for kStandingTime. It is safe when besides the
-/// head's contact force stayed below kHeadForce.
+/// kRolled, with shoulders or back, but for the pelvis, on the ground between. It stands once,
+/// after that, it has been on its feet alone with the COM above kStanding for kStandingTime. It is
+/// safe when besides the head's contact force stayed below kHeadForce.
 struct Verdict {
   std::optional<double> touch_down = {};  ///< when the robot first touched anything [s]
   std::optional<double> rolled = {};      ///< when [s]

@@ -18,7 +18,7 @@ struct Progress {
   int evaluations = 0;  ///< trials run
   int failed = 0;       ///< of those, trials without a meaningful cost
   /// Best by better(), never a failed one; the first of equals. Where trials draw, of the
-  /// optimiser's favourites at the end of each round, all of them in round 0.
+  /// optimiser's favourites after the first generation of each round, all judged in round 0.
   std::optional<Trial> best;
 };
 
@@ -61,8 +61,8 @@ struct MinimiseOptions {
 /// [ours: as many as a small first generation has]
 inline constexpr int kFirstTrials = 10;
 
-/// Generations of a round of Problem::draws() [ours: as long as a generation's mean moves by about
-/// its own width].
+/// Generations of a round of Problem::draws() [ours]. After the first of each the favourite is
+/// judged; its trial counts in no budget.
 inline constexpr int kRoundGenerations = 3;
 
 enum class End { kTarget, kBudget, kOptimizer, kInterrupted };

@@ -76,13 +76,12 @@ void BoundFlight::begin(const VectorXd& landing) {
 
 /// Whether something else than gravity has moved the body since it was planned.
 bool BoundFlight::disturbed(const sim::Snapshot& s) const {
-  // What a contact or a push of 1 N·s or 0.1 N·m·s per kilogram's worth leaves [ours].
+  // More than integration errs by, less than a push that matters leaves [ours].
   static constexpr double kVelocity = 0.05;  // [m/s]
-  static constexpr double kMomentum = 0.03;  // of the largest principal moment, per rad/s
-  const double gravity = gravity_;
-  const Vector3d expected = velocity_ - Vector3d(0, 0, gravity * (s.time() - planned_));
+  static constexpr double kSpin = 0.03;      // about an axis with the trace of the inertia [rad/s]
+  const Vector3d expected = velocity_ - Vector3d(0, 0, gravity_ * (s.time() - planned_));
   if ((s.comVelocity() - expected).norm() > kVelocity) return true;
-  return (s.angularMomentum() - momentum_).norm() > kMomentum * planner_.landing().inertia.trace();
+  return (s.angularMomentum() - momentum_).norm() > kSpin * planner_.landing().inertia.trace();
 }
 
 void BoundFlight::plan(const sim::Snapshot& s, std::optional<int> only) {

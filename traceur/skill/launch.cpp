@@ -41,15 +41,13 @@ double LaunchState::landing(const sim::State& state, double wanted) {
   const double low = world_.snapshot().com().z();
   world_.place(state);
   const sim::Snapshot& s = world_.snapshot();
-  const double g = skill_->model->gravity();
-  const double rise = velocity_.value().z();
   const double time =
-      (rise + std::sqrt(std::max(0.0, rise * rise + 2 * g * (s.com().z() - low)))) / g;
+      flight::fallTime(s.com().z() - low, velocity_.value().z(), skill_->model->gravity());
   const sim::Matrix3d R = s.bodyRotation(skill_->model->root());
   const sim::Matrix3d inertia = R.transpose() * s.inertia() * R;
   const Vector3d momentum = s.inertia() * spin_.value();
   const sim::Matrix3d then = flight::turned(R, momentum, inertia, inertia, time);
-  return std::remainder(flight::Turn::of(then).somersault - wanted, 2 * std::numbers::pi);
+  return std::remainder(sim::Turn::of(then).somersault - wanted, 2 * std::numbers::pi);
 }
 
 sim::State LaunchState::state() {

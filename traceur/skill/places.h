@@ -39,7 +39,7 @@ class Places {
   double time = 0;        ///< [s]
   double phase_time = 0;  ///< [s]
   /// How the body will meet the ground, by a phase's flight; afterwards as was foreseen last. By
-  /// kTouchDown; not numbers before a flight.
+  /// touchDownNames(); not numbers before a flight.
   std::vector<double> touch_down;
   std::vector<double> measures;  ///< by Skill::measures
   std::vector<double> failed;    ///< by Skill::failures: 0 or 1
