@@ -156,10 +156,11 @@ Json toJson(const LearnedSkill& l, const sim::State& begun) {
     if (p.reach) phase["targets_from_goals_in_space"] = true;
     for (const skill::ForceTerm& f : p.forces) phase["virtual_forces"].push_back(toJson(l, f));
     if (!p.forces.empty()) phase["within_motor_limits"] = p.limited;
-    if (!p.until.empty()) {
-      phase["until"] = p.until;
-      const auto next = static_cast<size_t>(p.next);
-      phase["then"] = next < s.phases.size() ? Json(s.phases[next].name) : Json();
+    for (const skill::Exit& e : p.exits) {
+      const auto next = static_cast<size_t>(e.next);
+      phase["exits"].push_back(
+          {{"when", e.when},
+           {"then", next < s.phases.size() ? Json(s.phases[next].name) : Json()}});
     }
     j["phases"].push_back(std::move(phase));
   }

@@ -106,6 +106,12 @@ struct Flight {
   std::vector<flight::FlightPose> poses;  ///< to choose from
 };
 
+/// A way out of a phase.
+struct Exit {
+  std::string when;  ///< condition over signals
+  int next = 0;      ///< index of the phase that follows; an earlier one makes a cycle
+};
+
 struct Phase {
   std::string name;
   bool from_previous = false;  ///< joints not named keep the last phase's target, else base's
@@ -117,8 +123,9 @@ struct Phase {
   std::optional<Flight> flight;  ///< chooses the target on the way to it
   std::vector<ForceTerm> forces;
   bool limited = true;  ///< whether the forces' torques count against the motors' limits
-  std::string until;    ///< condition that ends it; empty: it is held to the end
-  int next = 0;         ///< index of the phase that follows; an earlier one makes a cycle
+  /// It ends by the first whose condition holds; the number of phases as `next` is the skill's end.
+  /// None: it is held to the end.
+  std::vector<Exit> exits;
 };
 
 /// Added to joint targets in every step.

@@ -48,13 +48,14 @@ SkillController::SkillController(std::shared_ptr<const Skill> skill, Places& pla
             nullptr,
             nullptr,
             {},
-            maybeBound(p.until, running)};
+            {}};
     if (p.flight) b.flight = std::make_unique<BoundFlight>(*p.flight, skill_->model, places);
     if (p.reach) b.reach = std::make_unique<BoundReach>(*p.reach, skill_->model, places);
     for (const ForceTerm& f : p.forces) {
       b.forces.push_back({&f, {f.force, running}, {f.moment, running}});
       follows_cop_ = follows_cop_ || f.frame == Frame::kCopToCom;
     }
+    for (const Exit& e : p.exits) b.exits.emplace_back(e.when, running);
     phases_.push_back(std::move(b));
   }
   const auto sensed = [&](const std::string& name) -> const double* {
@@ -180,9 +181,12 @@ void SkillController::update(const motion::Moment& m) {
     if (const auto cop = m.s.cop()) cop_ = cop;
   }
   // A phase may end at once, but each at most once per step.
-  for (size_t k = 0; k < phases_.size() && phases_[phase_].until; ++k) {
-    const int next = skill_->phases[phase_].next;
-    if (over_ || !phases_[phase_].until->holds()) break;
+  for (size_t k = 0; k < phases_.size() && !over_; ++k) {
+    const std::vector<Expression>& exits = phases_[phase_].exits;
+    const auto exit =
+        std::find_if(exits.begin(), exits.end(), [](const Expression& e) { return e.holds(); });
+    if (exit == exits.end()) break;
+    const int next = skill_->phases[phase_].exits[exit - exits.begin()].next;
     places_->ended_stage[phase_] = 1;
     over_ = next == static_cast<int>(phases_.size());
     if (over_) break;  // it is held to the end

@@ -51,7 +51,7 @@ class SkillController : public motion::Controller {
     std::unique_ptr<BoundReach> reach;
     std::unique_ptr<BoundFlight> flight;
     std::vector<Force> forces;
-    std::optional<control::Expression> until;
+    std::vector<control::Expression> exits;
   };
   struct BoundFeedback {
     std::vector<Target> joints;

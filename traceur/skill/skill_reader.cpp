@@ -559,14 +559,23 @@ class SkillReader {
       }
       limit(row, "forces", row.tables("force").size());
       for (const TomlReader& f : row.tables("force")) readForce(f, p);
-      p.until = words_.expression(row, "until", "", Scope::kRunning);
-      p.next = static_cast<int>(i) + 1;
-      if (row.has("then")) p.next = words_.phaseIndex(row, "then", row.string("then")).value_or(0);
-      const bool last = p.next == static_cast<int>(rows.size());
-      if (p.until.empty() && !last) {
+      limit(row, "exits", row.tables("exit").size());
+      for (const TomlReader& exit : row.tables("exit")) {
+        const std::string when = words_.expression(exit, "when", "", Scope::kRunning);
+        if (!exit.has("when")) exit.fail("when", "\"when\": expected the condition of this exit");
+        p.exits.push_back({when, words_.phaseIndex(exit, "then", exit.string("then")).value_or(0)});
+        exit.finish();
+      }
+      Exit until{words_.expression(row, "until", "", Scope::kRunning), static_cast<int>(i) + 1};
+      const bool last = i + 1 == rows.size();
+      if (row.has("then"))
+        until.next = words_.phaseIndex(row, "then", row.string("then")).value_or(0);
+      if (!until.when.empty()) {
+        p.exits.push_back(until);
+      } else if (row.has("then") || (!last && p.exits.empty())) {
         row.fail("until", fmt::format("phase \"{}\": \"until\" is missing: expected the condition "
                                       "that begins \"{}\"",
-                                      p.name, skill_.phases[p.next].name));
+                                      p.name, skill_.phases[until.next].name));
       }
       row.finish();
     }

@@ -80,6 +80,38 @@ TEST(SkillFile, PhasesMayFormACycle) {
             std::string::npos);
 }
 
+TEST(SkillFile, APhaseEndsByTheFirstExitThatHolds) {
+  const std::string text = replaced(kNod, "pose = { base = \"previous\" }", R"(
+pose = { base = "previous" }
+until = "phase_time >= 0.02"
+then = "bend"
+[[phase.exit]]
+when = "lean > 0.2 && time >= 0.05"
+then = "rest"
+[[phase.exit]]
+when = "time >= 0.05"
+then = "bend"
+[[phase]]
+name = "rest"
+)");
+  const std::string quick = replaced(text, "phase_time >= 0.1", "phase_time >= 0.04");
+  const auto phases = [&](double lean) {
+    sim::Recording recording;
+    Runner(fromText(quick)).run(VectorXd::Constant(1, lean), 0.1, &recording);
+    std::vector<int> out;
+    for (const sim::Frame& f : recording.frames) out.push_back(f.phase);
+    return std::vector<int>(out.begin(), out.begin() + 11);
+  };
+  EXPECT_EQ(phases(0.3), (std::vector<int>{0, 0, 0, 0, 1, 2, 2, 2, 2, 2, 2}));
+  // From 0.05 s on the second holds as soon as the phase is entered.
+  EXPECT_EQ(phases(0.1), (std::vector<int>{0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}));
+  EXPECT_NE(
+      mistakes(replaced(quick, "then = \"rest\"", "then = \"nap\"")).find("no phase named \"nap\""),
+      std::string::npos);
+  EXPECT_NE(mistakes(replaced(quick, "when = \"time >= 0.05\"", "")).find("\"when\""),
+            std::string::npos);
+}
+
 TEST(Rollout, PhasesThatEndAtOnceEndOnceAStep) {
   const std::string text =
       replaced(replaced(kNod, "pose = { base = \"previous\" }",
@@ -344,8 +376,9 @@ TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
   EXPECT_EQ(one.targets[2].expression, "(0.2)");
   EXPECT_EQ(one.blend, "0.1 * b");
   EXPECT_FALSE(one.limited);
-  EXPECT_EQ(one.until, "phase_time > 0.2");
-  EXPECT_EQ(one.next, 1);
+  ASSERT_EQ(one.exits.size(), 1U);
+  EXPECT_EQ(one.exits[0].when, "phase_time > 0.2");
+  EXPECT_EQ(one.exits[0].next, 1);
   ASSERT_EQ(one.forces.size(), 1U);
   const ForceTerm& f = one.forces[0];
   ASSERT_EQ(f.points.size(), 2U);
@@ -354,8 +387,8 @@ TEST(SkillFile, EveryKeyIsReadIntoItsPlace) {
   EXPECT_EQ(f.force.x + f.force.y + f.force.z, "ab(5)");
   EXPECT_TRUE(s.phases[1].from_previous);
   EXPECT_TRUE(s.phases[1].limited);
-  EXPECT_EQ(s.phases[1].next, 0);
-  EXPECT_EQ(s.phases[2].next, 3);
+  EXPECT_EQ(s.phases[1].exits.at(0).next, 0);
+  EXPECT_TRUE(s.phases[2].exits.empty());
   EXPECT_EQ(s.phases[2].base, VectorXd(VectorXd::Zero(s.model->nu())));
 
   using During = std::vector<bool>;
