@@ -14,6 +14,7 @@
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
 #include "traceur/landing/falls.h"
+#include "traceur/landing/stress.h"
 #include "traceur/practice/learned.h"
 
 namespace traceur::cli {
@@ -26,16 +27,15 @@ using landing::Share;
 using landing::Verdict;
 using skill::Skill;
 
-/// A way to land, and the skill that says it: skills/ROBOT/FILE.toml.
-struct Strategy {
-  const char* name;
-  const char* file;
-};
-constexpr Strategy kStrategies[] = {{"feet", "land"}, {"ragdoll", "ragdoll"}};
+using landing::Way;
+
+/// The skills in skills/ROBOT/ that say how it lands and how it falls limp.
+constexpr const char* kLanding = "land";
+constexpr const char* kLimp = "ragdoll";
 
 struct Arguments {
   std::string robot = "human";
-  std::string strategy = "feet";
+  std::string strategy;
   std::optional<double> height;
   std::vector<double> velocity, spin;
   std::optional<double> lean;
@@ -47,8 +47,21 @@ struct Arguments {
   std::optional<double> time_step, compliance, friction;
   int threads = 0;
   std::vector<std::string> files;
+  bool stress = false;
   bool json = false;
 };
+
+/// The condition that says what meets the ground first.
+constexpr const char* kHands = "hands";
+
+/// Sets it by --strategy.
+void meetWith(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
+  const Numbers conditions{skill.conditions, "condition", skill.name};
+  const std::string where = "--strategy " + a.strategy;
+  if (a.strategy == "hands") assign(x, conditions, kHands, 1, where);
+  if (a.strategy == "feet") assign(x, conditions, kHands, 0, where);
+  if (a.strategy == "auto") assign(x, conditions, kHands, -1, where);
+}
 
 Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   Eigen::VectorXd x = skill.initialConditions();
@@ -62,6 +75,7 @@ Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   for (size_t i = 0; i < a.velocity.size(); ++i) give(kVelocity[i], a.velocity[i], "--velocity");
   for (size_t i = 0; i < a.spin.size(); ++i) give(kSpin[i], a.spin[i], "--spin");
   if (a.lean) give("miss", *a.lean, "--lean");
+  meetWith(a, skill, x);
   for (const std::string& text : a.given) assign(x, conditions, text, "--given");
   return x;
 }
@@ -106,11 +120,86 @@ void print(const Skill& skill, const Fall& f) {
   cli::print("{:<16} {} after {:.2f} s\n", "ended", f.rollout.ended, f.rollout.time);
 }
 
-int many(const Arguments& a, const std::shared_ptr<const Skill>& skill,
-         const Eigen::VectorXd& parameters) {
+Json toJson(const landing::StressRatio& r) {
+  return {
+      {"mean", r.mean}, {"geometric_mean", r.geometric}, {"of_sums", r.sums}, {"least", r.worst}};
+}
+
+/// What joints bore in the fall and limp, a row each [Ha2015, Fig. 17].
+void tellStress(const sim::Model& model, const Verdict& ours, const Verdict& limp, Json* json) {
+  const auto joints = landing::stressedJoints(model);
+  if (json) {
+    for (const landing::StressedJoint& j : joints) {
+      (*json)["stress"][j.name] = {{"landing", j.stress(ours.stress)},
+                                   {"ragdoll", j.stress(limp.stress)},
+                                   {"carries", j.carries}};
+    }
+    (*json)["stress_ratio"] = toJson(compared(joints, limp.stress, ours.stress));
+    (*json)["stress_ratio_without_ends"] =
+        toJson(compared(withoutEnds(joints), limp.stress, ours.stress));
+    return;
+  }
+  cli::print("{:<14}{:>10}{:>10}{:>8}{:>12}\n", "joint", "limp [kN]", "here [kN]", "ratio",
+             "[kN/kg]");
+  for (const landing::StressedJoint& j : joints) {
+    const double here = j.stress(ours.stress);
+    const double there = j.stress(limp.stress);
+    cli::print("{:<14}{:>10.2f}{:>10.2f}{:>8.1f}{:>12.3f}\n", j.name, there / 1000, here / 1000,
+               there / here, here / 1000 / j.carries);
+  }
+  const auto all = compared(joints, limp.stress, ours.stress);
+  const auto inner = compared(withoutEnds(joints), limp.stress, ours.stress);
+  cli::print("{:<34}{:>8.2f}   {:.2f} without hands and feet\n", "mean of the ratios", all.mean,
+             inner.mean);
+  cli::print("{:<34}{:>8.2f}   {:.2f}\n", "geometric mean", all.geometric, inner.geometric);
+  cli::print("{:<34}{:>8.2f}   {:.2f}\n", "ratio of the sums", all.sums, inner.sums);
+}
+
+/// The middle and the worst tenth of many falls' ratios, of all joints, without ends, and joint by
+/// joint.
+void tellStress(const sim::Model& model, const std::vector<Fall>& falls,
+                const std::vector<Fall>& limp, Json* json) {
+  const auto at = [](std::vector<double> x, double share) {
+    std::sort(x.begin(), x.end());
+    return x[static_cast<size_t>(share * static_cast<double>(x.size() - 1))];
+  };
+  const auto joints = landing::stressedJoints(model);
+  const auto tell = [&](const std::string& name, const auto& ratio) {
+    std::vector<double> all;
+    for (size_t k = 0; k < falls.size(); ++k) {
+      all.push_back(ratio(limp[k].verdict.stress, falls[k].verdict.stress));
+    }
+    if (json) {
+      (*json)["stress_ratio"][name] = {{"median", at(all, 0.5)}, {"worst_tenth", at(all, 0.1)}};
+    } else {
+      cli::print("{:<28}{:>8.2f}{:>14.2f}\n", name, at(all, 0.5), at(all, 0.1));
+    }
+  };
+  if (!json) cli::print("{:<28}{:>8}{:>14}\n", "stress, limp / landing", "median", "worst tenth");
+  using Vector = Eigen::VectorXd;
+  for (const bool ends : {true, false}) {
+    const auto some = ends ? joints : withoutEnds(joints);
+    const std::string of = ends ? "" : ", inner joints";
+    tell("mean" + of, [&](const Vector& l, const Vector& o) { return compared(some, l, o).mean; });
+    tell("geometric mean" + of,
+         [&](const Vector& l, const Vector& o) { return compared(some, l, o).geometric; });
+    tell("of sums" + of,
+         [&](const Vector& l, const Vector& o) { return compared(some, l, o).sums; });
+  }
+  for (const landing::StressedJoint& j : joints) {
+    tell(j.name, [&](const Vector& l, const Vector& o) { return j.stress(l) / j.stress(o); });
+  }
+}
+
+int many(const Arguments& a, const Way& start, const Way& way, const Way& limp) {
+  const Skill& skill = *start.skill;
   const landing::FallSet& set = landing::findFallSet(a.set);
-  const auto conditions = landing::drawFalls(*skill, set, a.falls, a.seed);
-  const std::vector<Fall> falls = landing::fallAll(skill, parameters, conditions, a.threads);
+  auto conditions = landing::drawFalls(skill, set, a.falls, a.seed);
+  for (Eigen::VectorXd& x : conditions) meetWith(a, skill, x);
+  std::vector<Fall> falls = landing::fallAll(start, conditions, a.threads);
+  if (way.skill != start.skill) falls = landing::fallAgain(way, falls, a.threads);
+  std::vector<Fall> limply;
+  if (a.stress) limply = landing::fallAgain(limp, falls, a.threads);
   Json rows = Json::array();
   Share rolled, stands, safe, later;
   for (size_t k = 0; k < falls.size(); ++k) {
@@ -126,14 +215,16 @@ int many(const Arguments& a, const std::shared_ptr<const Skill>& skill,
     if (!a.json) continue;
     Json row = toJson(falls[k]);
     Json under;
-    for (size_t c = 0; c < skill->conditions.size(); ++c) {
-      under[skill->conditions[c].name] = conditions[k][static_cast<Eigen::Index>(c)];
+    for (size_t c = 0; c < skill.conditions.size(); ++c) {
+      under[skill.conditions[c].name] = conditions[k][static_cast<Eigen::Index>(c)];
     }
     row["conditions"] = std::move(under);
     rows.push_back(std::move(row));
   }
   if (a.json) {
-    printJson(Json{{"set", set.name}, {"seed", a.seed}, {"falls", std::move(rows)}});
+    Json all{{"set", set.name}, {"seed", a.seed}, {"falls", std::move(rows)}};
+    if (a.stress) tellStress(*way.skill->model, falls, limply, &all);
+    printJson(all);
     return kDone;
   }
   cli::print("{} falls of {} ({})\n", a.falls, set.name, set.help);
@@ -145,49 +236,63 @@ int many(const Arguments& a, const std::shared_ptr<const Skill>& skill,
   tell("stand", stands);
   tell("safe", safe);
   tell("stand 5 s later", later);
+  if (a.stress) tellStress(*way.skill->model, falls, limply, nullptr);
   return kDone;
 }
 
-int land(const Arguments& a) {
-  Interrupt interrupt;  // before any other thread
-  const auto strategy = std::find_if(std::begin(kStrategies), std::end(kStrategies),
-                                     [&](const Strategy& s) { return a.strategy == s.name; });
-  const fs::path file = skill::findSkill(a.robot, strategy->file);
+int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
+        Interrupt& interrupt) {
+  for (const fs::path picture : a.files) requirePicture(picture);
+  const Eigen::VectorXd conditions = conditionsOf(*start.skill, a);
+  sim::Recording recording;
+  Fall fall = landing::Faller(start).fall(conditions, {}, &recording);
+  if (way.skill != start.skill) {
+    recording = {};
+    fall = landing::Faller(way).fall({}, fall.start, &recording);
+  }
+  for (const fs::path picture : a.files) {
+    if (!draw(recording, picture, {}, interrupt, a.json)) return kInterrupted;
+  }
+  std::optional<Fall> limply;
+  if (a.stress) limply = landing::Faller(limp).fall({}, fall.start);
+  if (a.json) {
+    Json json = toJson(fall);
+    if (limply) tellStress(*way.skill->model, fall.verdict, limply->verdict, &json);
+    printJson(json);
+    return kDone;
+  }
+  print(*way.skill, fall);
+  if (limply) tellStress(*way.skill->model, fall.verdict, limply->verdict, nullptr);
+  for (const std::string& picture : a.files) cli::print("{}\n", picture);
+  return kDone;
+}
+
+Way wayOf(const Arguments& a, const char* name) {
+  const fs::path file = skill::findSkill(a.robot, name);
   skill::Disturbance changed;
   changed.time_step = a.time_step;
   changed.compliance = a.compliance;
   changed.friction = a.friction;
   const auto skill = Skill::fromText(readFile(file), file, changed);
-  Eigen::VectorXd parameters = skill->initialParameters();
+  return {skill, skill->initialParameters()};
+}
+
+int land(const Arguments& a) {
+  Interrupt interrupt;  // before any other thread
+  if (a.falls > 0 && !a.files.empty()) {
+    throw InputError("--out: pictures are of one fall: expected no --falls");
+  }
+  Way landing = wayOf(a, kLanding);
   if (!a.from.empty()) {
-    parameters = initialOf(
-        practice::beginningFrom(practice::Run::open(a.from), skill->parameters, skill->task.initial)
-            .parameters);
+    landing.parameters =
+        initialOf(practice::beginningFrom(practice::Run::open(a.from), landing.skill->parameters,
+                                          landing.skill->task.initial)
+                      .parameters);
   }
-  if (a.falls > 0) {
-    if (!a.files.empty()) throw InputError("--out: pictures are of one fall: expected no --falls");
-    return many(a, skill, parameters);
-  }
-  for (const fs::path picture : a.files) requirePicture(picture);
-  const Eigen::VectorXd conditions = conditionsOf(*skill, a);
-  skill::Runner runner(skill);
-  landing::Judge judge(skill->model);
-  runner.watchedBy({&judge}, true);
-  runner.under(conditions);
-  sim::Recording recording;
-  Fall fall;
-  fall.rollout = runner.run(parameters, skill->task.initial, &recording);
-  fall.verdict = judge.verdict();
-  for (const fs::path picture : a.files) {
-    if (!draw(recording, picture, {}, interrupt, a.json)) return kInterrupted;
-  }
-  if (a.json) {
-    printJson(toJson(fall));
-  } else {
-    print(*skill, fall);
-    for (const std::string& picture : a.files) cli::print("{}\n", picture);
-  }
-  return kDone;
+  const bool limp = a.strategy == "ragdoll";
+  const Way ragdoll = limp || a.stress ? wayOf(a, kLimp) : Way{};
+  const Way& way = limp ? ragdoll : landing;
+  return a.falls > 0 ? many(a, landing, way, ragdoll) : one(a, landing, way, ragdoll, interrupt);
 }
 
 }  // namespace
@@ -196,12 +301,11 @@ void addLand(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb =
       program.add_subcommand("land", "Let a body fall: fly, meet the ground, roll, get up, stand.");
-  std::vector<std::string> names;
-  for (const Strategy& s : kStrategies) names.emplace_back(s.name);
   verb->add_option("--robot", a->robot, "A name under models/")->capture_default_str();
-  verb->add_option("--strategy", a->strategy, "What meets the ground first")
-      ->check(CLI::IsMember(names))
-      ->capture_default_str();
+  verb->add_option("--strategy", a->strategy,
+                   "What meets the ground first: feet, hands, or as the skill chooses (auto); "
+                   "ragdoll: limp. Default: the skill's")
+      ->check(CLI::IsMember({"auto", "feet", "hands", "ragdoll"}));
   verb->add_option("--height", a->height, "Of the centre of mass [m]");
   verb->add_option("--velocity", a->velocity, "Forward, to the left, up [m/s]")->expected(1, 3);
   verb->add_option("--spin", a->spin, "Forward somersault, to the right, to the left [rad/s]")
@@ -230,6 +334,7 @@ void addLand(CLI::App& program, int& exit_code) {
   verb->add_option("--out", a->files, ".png for a film strip, .mp4 for a video. One for each")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  verb->add_flag("--stress", a->stress, "What joints bear, against the same fall limp");
   verb->add_flag("--json", a->json, "Print one JSON object");
   verb->footer(
       "Examples:\n"

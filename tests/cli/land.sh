@@ -22,6 +22,14 @@ fall = json.load(sys.stdin)
 assert not fall["stands"] and fall["ended"] == "does not stand", fall' ||
   complain "a ragdoll stands"
 
+"$traceur" land --strategy ragdoll --stress --json | python3 -c '
+import json, sys
+fall = json.load(sys.stdin)
+assert abs(fall["stress_ratio"]["mean"] - 1) < 1e-9, fall["stress_ratio"]' ||
+  complain "a ragdoll bears other than a ragdoll"
+"$traceur" land --falls 2 --set easy --stress >"$dir/stress" || complain "stress: exit $?"
+grep -q "^neck" "$dir/stress" || complain "land --falls --stress: no neck"
+
 "$traceur" land --falls 4 --set easy --json --threads 1 >"$dir/one" || complain "falls: exit $?"
 "$traceur" land --falls 4 --set easy --json --threads 2 >"$dir/two" || complain "falls: exit $?"
 cmp -s "$dir/one" "$dir/two" || complain "falls differ with the threads"

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,18 +36,48 @@ const FallSet& findFallSet(const std::string& name);
 std::vector<VectorXd> drawFalls(const skill::Skill& skill, const FallSet& set, int count,
                                 std::uint64_t seed);
 
+/// A way to meet a fall: a skill with its numbers.
+struct Way {
+  std::shared_ptr<const skill::Skill> skill;
+  VectorXd parameters;
+};
+
 /// One fall, judged.
 struct Fall {
+  sim::State start;
   Verdict verdict;
   skill::Rollout rollout;
 };
 
-/// Falls under the conditions, with the parameters, on so many threads; the result does not depend
-/// on them.
-/// @param told  called after each fall, from any thread, one at a time
-std::vector<Fall> fallAll(const std::shared_ptr<const skill::Skill>& skill,
-                          const VectorXd& parameters, std::span<const VectorXd> conditions,
-                          int threads, const std::function<void(size_t done)>& told = {});
+/// One thread's workspace for falls; made once, used for many.
+class Faller {
+ public:
+  /// @throws InputError for a robot that a Judge does not know its way about
+  explicit Faller(Way way);
+
+  /// @param conditions  of the skill; empty: its initial ones
+  /// @param start       where it begins; none: where the skill says
+  /// @param recording   filled when given
+  Fall fall(const VectorXd& conditions, const std::optional<sim::State>& start = {},
+            sim::Recording* recording = nullptr);
+
+ private:
+  Way way_;
+  skill::Runner runner_;
+  Judge judge_;
+};
+
+/// Falls on so many threads; the result does not depend on them.
+/// @param conditions  one of each fall; empty: the skill's initial ones
+/// @param told        called after each fall, from any thread, one at a time
+/// @param starts      where the falls begin; none: where the skill says
+std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions, int threads,
+                          const std::function<void(size_t done)>& told = {},
+                          std::span<const sim::State> starts = {});
+
+/// The same falls, in another way.
+std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, int threads,
+                            const std::function<void(size_t done)>& told = {});
 
 /// A share and its 95 % interval [Wilson1927].
 struct Share {

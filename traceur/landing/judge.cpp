@@ -80,7 +80,10 @@ void Judge::look(const motion::Moment& m) {
   if (!verdict_.touch_down) return;
   addStress(m);
   verdict_.head_force = std::max(verdict_.head_force, head);
-  if (!verdict_.rolled && on_back_ && somersault_ > Verdict::kRolled) verdict_.rolled = m.time;
+  const bool in_time = m.time - *verdict_.touch_down < Verdict::kRollingTime;
+  if (!verdict_.rolled && in_time && on_back_ && somersault_ > Verdict::kRolled) {
+    verdict_.rolled = m.time;
+  }
   const bool up = touches && feet_alone && m.s.com().z() > Verdict::kStanding;
   if (!up) {
     up_since_.reset();

@@ -14,8 +14,9 @@ using Eigen::VectorXd;
 
 /// A fall as it is counted.
 ///
-/// It has rolled when after touch-down the trunk's somersault, counted on from upright, has passed
-/// kRolled, with shoulders or back, but for the pelvis, on the ground between. It stands once,
+/// It has rolled when within kRollingTime after touch-down the trunk's somersault, counted on from
+/// upright, has passed kRolled, with shoulders or back, but for the pelvis, on the ground between:
+/// who turns over later is getting up. It stands once,
 /// after that, it has been on its feet alone with the COM above kStanding for kStandingTime. It is
 /// safe when besides the head's contact force stayed below kHeadForce.
 struct Verdict {
@@ -34,6 +35,7 @@ struct Verdict {
   bool safe() const;
 
   static constexpr double kRolled = 4.5;          ///< [rad]
+  static constexpr double kRollingTime = 2;       ///< [s] [ours: twice what a roll takes]
   static constexpr double kStanding = 0.6;        ///< [m], of a person of 1.64 m
   static constexpr double kStandingTime = 1;      ///< [s]
   static constexpr double kLater = 5;             ///< [s]
@@ -53,8 +55,9 @@ class Judge : public motion::Observer {
 
   const Verdict& verdict() const { return verdict_; }
 
-  /// From touch-down, until it has stood, a fall is given so long [s] [ours].
-  static constexpr double kPatience = 6;
+  /// From touch-down, until it has stood, a fall is given so long [s] [ours: enough for getting up
+  /// twice].
+  static constexpr double kPatience = 12;
 
  private:
   std::vector<bool> group(const char* name) const;

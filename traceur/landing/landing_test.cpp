@@ -6,6 +6,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/landing/falls.h"
+#include "traceur/landing/stress.h"
 
 namespace traceur::landing {
 namespace {
@@ -15,7 +16,7 @@ std::shared_ptr<const skill::Skill> dropped(const char* stiffness, double height
   return skill::Skill::fromText(fmt::format(R"(
 name = "dropped"
 robot = "human"
-horizon = 8
+horizon = 15
 [conditions]
 height = {{ range = [0, 9], default = {} }}
 forward = {{ range = [-9, 9], default = 0 }}
@@ -44,7 +45,7 @@ cost = 0
 
 Fall fall(const std::shared_ptr<const skill::Skill>& skill) {
   const std::vector<VectorXd> one = {skill->initialConditions()};
-  return fallAll(skill, skill->initialParameters(), one, 1).front();
+  return fallAll({skill, skill->initialParameters()}, one, 1).front();
 }
 
 TEST(Judge, OfARagdollSaysWhatItBears) {
@@ -84,11 +85,62 @@ TEST(Falls, AreDrawnByTheirNumberAndCountedOnAnyThreads) {
     EXPECT_GE(one[0], 2.2);
     EXPECT_LE(one[0], 3.2);
   }
-  const auto a = fallAll(skill, skill->initialParameters(), all, 1);
-  const auto b = fallAll(skill, skill->initialParameters(), all, 2);
+  const auto a = fallAll({skill, skill->initialParameters()}, all, 1);
+  const auto b = fallAll({skill, skill->initialParameters()}, all, 2);
   for (size_t k = 0; k < all.size(); ++k) EXPECT_EQ(a[k].rollout.hash, b[k].rollout.hash);
   EXPECT_THROW(findFallSet("esy"), InputError);
   EXPECT_THROW(drawFalls(*skill, findFallSet("m2"), 1, 1), InputError);  // it knows no yaw
+}
+
+TEST(Falls, AgainBeginWhereTheyBegan) {
+  const auto skill = dropped("1", 2.4, 0.1);
+  const auto conditions = drawFalls(*skill, findFallSet("easy"), 2, 5);
+  const auto held = fallAll({skill, skill->initialParameters()}, conditions, 1);
+  const auto other = dropped("0", 1.5, 1);  // which alone would begin lower and flatter
+  const auto limp = fallAgain({other, other->initialParameters()}, held, 2);
+  ASSERT_EQ(limp.size(), 2U);
+  for (size_t k = 0; k < limp.size(); ++k) {
+    EXPECT_EQ(limp[k].start.q, held[k].start.q);
+    EXPECT_EQ(limp[k].start.v, held[k].start.v);
+    EXPECT_NEAR(limp[k].verdict.touch_down.value(), held[k].verdict.touch_down.value(), 0.05);
+    EXPECT_NE(limp[k].rollout.hash, held[k].rollout.hash);
+  }
+  EXPECT_NE(held[0].start.q, held[1].start.q);
+}
+
+TEST(Stress, KnowsAPersonsJoints) {
+  const auto joints = stressedJoints(*dropped("0", 2.4, 0)->model);
+  std::vector<std::string> names, ends;
+  for (const StressedJoint& j : joints) {
+    names.push_back(j.name);
+    if (j.meets_first) ends.push_back(j.name);
+    if (j.name == "hip") {
+      EXPECT_EQ(j.moves.size(), 2U);
+      EXPECT_NEAR(j.carries, 8.72 + 2.84 + 0.76, 0.02);  // thigh, shank, foot of de Leva's table
+    }
+    EXPECT_EQ(j.moves.size(), j.name == "neck" || j.name.ends_with("spine") ? 1U : 2U) << j.name;
+  }
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"lower_spine", "upper_spine", "neck", "clavicle", "shoulder",
+                                      "elbow", "wrist", "hip", "knee", "ankle"}));
+  EXPECT_EQ(ends, (std::vector<std::string>{"wrist", "ankle"}));
+  EXPECT_EQ(withoutEnds(joints).size(), 8U);
+}
+
+TEST(Stress, IsComparedJointByJoint) {
+  const std::vector<StressedJoint> joints = {{"one", {{1}, {2}}, 1, false},
+                                             {"two", {{3}}, 1, false}};
+  const VectorXd limp = (VectorXd(4) << 99, 2, 8, 6).finished();
+  const VectorXd ours = (VectorXd(4) << 1, 4, 1, 3).finished();
+  const StressRatio r = compared(joints, limp, ours);  // 8 / 4 and 6 / 3 of the worse side
+  EXPECT_DOUBLE_EQ(r.mean, 2);
+  EXPECT_DOUBLE_EQ(r.sums, 2);
+  const VectorXd soft = (VectorXd(4) << 1, 1, 1, 3).finished();
+  const StressRatio better = compared(joints, limp, soft);
+  EXPECT_DOUBLE_EQ(better.mean, 5);
+  EXPECT_DOUBLE_EQ(better.geometric, 4);
+  EXPECT_DOUBLE_EQ(better.sums, 14.0 / 4);
+  EXPECT_DOUBLE_EQ(better.worst, 2);
 }
 
 TEST(Share, HasWilsonsInterval) {

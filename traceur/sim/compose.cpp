@@ -285,7 +285,7 @@ void setMaterial(mjsGeom* geom, const Material& m) {
   geom->priority = 1;  // the scene's surface decides, whatever the robot's file says
   geom->condim = m.rolling > 0 ? 6 : 3;
   set(geom->friction, {m.friction, 0.005, m.rolling});  // sliding [-], torsional and rolling [m]
-  set(geom->solref, {m.compliance, 1});
+  set(geom->solref, {m.compliance, m.damping_ratio});
   const double impedance[] = {0.95, 0.99, 0.001};
   std::copy(std::begin(impedance), std::end(impedance), geom->solimp);
   std::fill(std::begin(geom->surfacevel), std::end(geom->surfacevel), 0);
@@ -421,6 +421,10 @@ void checkMaterial(const std::string& of, const Material& m, double time_step) {
     throw InputError(
         fmt::format("scene: {}: compliance {} s: expected at least twice the time step, {} s", of,
                     m.compliance, 2 * time_step));
+  }
+  if (!(m.damping_ratio > 0)) {
+    throw InputError(
+        fmt::format("scene: {}: damping_ratio {}: expected a number > 0", of, m.damping_ratio));
   }
   if (!(m.friction >= 0) || !(m.rolling >= 0)) {
     throw InputError(fmt::format("scene: {}: friction {}, rolling {}: expected numbers >= 0", of,

@@ -17,10 +17,13 @@ namespace traceur::sim {
 struct Material {
   double friction = 1.0;  ///< Coulomb coefficient
   double rolling = 0.0;   ///< rolling friction as a lever arm [m]; 0: rolls on
-  /// Time constant of the contact's critically damped spring [s], MuJoCo's solref; the solver needs
+  /// Time constant of the contact's spring [s], MuJoCo's solref; the solver needs
   /// at least twice the time step. 0.004 s sinks 0.01 mm under a standing BioloidGP [ours: stiff
   /// enough to stand on, soft enough for steps of 2 ms].
   double compliance = 0.004;
+  /// Of that spring: 1 throws nothing back; with less, a body of frequency 1 / (compliance ·
+  /// damping_ratio) [rad/s] on it bounces.
+  double damping_ratio = 1;
 };
 
 /// A body or obstacle beside the robot.

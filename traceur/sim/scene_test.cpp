@@ -89,7 +89,7 @@ TEST(Scene, ARailGoesFromOnePointToTheOther) {
 }
 
 TEST(Scene, PropsBecomeBodies) {
-  const Material soft{.friction = 0.7, .rolling = 0.01, .compliance = 0.02};
+  const Material soft{.friction = 0.7, .rolling = 0.01, .compliance = 0.02, .damping_ratio = 0.3};
   const Vector3d place(1, 2, 3);
   const Vector3d turn(0.3, -0.4, 0.5);
   Scene scene{.ground_material = {.friction = 0.6, .compliance = 0.006},
@@ -123,7 +123,7 @@ TEST(Scene, PropsBecomeBodies) {
     EXPECT_EQ(row<3>(m->geom_friction, g),
               (std::array<double, 3>{friction, 0.005, is_soft ? 0.01 : 0}));
     const double compliance = is_soft ? 0.02 : type == mjGEOM_PLANE ? 0.006 : 0.004;
-    EXPECT_EQ(row<2>(m->geom_solref, g), (std::array<double, 2>{compliance, 1}));
+    EXPECT_EQ(row<2>(m->geom_solref, g), (std::array<double, 2>{compliance, is_soft ? 0.3 : 1}));
     EXPECT_EQ(m->geom_solimp[mjNIMP * g], 0.95);
     if (type == mjGEOM_PLANE) continue;
     const int b = model->body(name).value;
@@ -190,6 +190,7 @@ TEST(Scene, NumbersEndWhereTheySay) {
   expectIn(with([](Prop& p) { p.material.rolling = -0.1; }), "friction 1, rolling -0.1");
   expectIn(with([](Prop& p) { p.material.compliance = 0.0019; }),
            "compliance 0.0019 s: expected at least twice the time step, 0.002 s");
+  expectIn(with([](Prop& p) { p.material.damping_ratio = 0; }), "damping_ratio 0: expected");
   // The ground, where there is one; and time.
   EXPECT_EQ(complaint({.ground_material = {.compliance = 0.002}}), "accepted");
   expectIn(complaint({.ground_material = {.friction = -1}}), "scene: the ground: friction -1");

@@ -136,6 +136,31 @@ TEST(FreeFall, BallDroppedOnTheGroundRestsOnItAndWeighsItsWeight) {
   EXPECT_EQ(model->bodyName(world.snapshot().contacts()[0].body_b), "ball");
 }
 
+TEST(FreeFall, BallIsThrownBackByWhatIsLittleDamped) {
+  Prop ball{.name = "ball",
+            .shape = Prop::Shape::kBall,
+            .size = Vector3d::Constant(0.05),
+            .position = {0, 0, 1.05},
+            .mass = 2};
+  const auto rises = [&](double ratio) {  // after it has touched [m]
+    ball.material = {.compliance = 0.3, .damping_ratio = ratio};
+    const auto model = Model::fromScene({.ground_material = ball.material, .props = {ball}});
+    World world(model);
+    double highest = 0;
+    bool touched = false;
+    for (int i = 0; i < 1200; ++i) {
+      world.step(none(*model));
+      touched = touched || !world.snapshot().contacts().empty();
+      if (touched) highest = std::max(highest, world.snapshot().com().z() - 0.05);
+    }
+    return highest;
+  };
+  EXPECT_LT(rises(1), 0.1);
+  EXPECT_GT(rises(0.1), 0.3);
+  EXPECT_GT(rises(0.05), rises(0.1));
+  EXPECT_LT(rises(0.05), 1);  // nothing is won
+}
+
 TEST(Flight, LinearMomentumOfAnArticulatedBodyIsKeptTo1e9) {
   const auto model = inSpace(0.001, 0);
   World world(model);

@@ -56,7 +56,8 @@ struct Runner::Impl {
   bool joint_forces = false;  // somebody else reads them
   std::optional<LaunchState> launch;
   std::vector<Push> pushes;
-  motion::Ending after;  // where the skill that comes before this one ended
+  motion::Ending after;                 // where the skill that comes before this one ended
+  std::optional<sim::State> elsewhere;  // where trials begin instead
 
   explicit Impl(std::shared_ptr<const Skill> s)
       : skill(std::move(s)),
@@ -150,8 +151,7 @@ struct Runner::Impl {
     return now;
   }
 
-  Rollout run(const VectorXd& x, double task, sim::Recording* recording,
-              const motion::Ending* start) {
+  void settle(const VectorXd& x, double task) {
     if (x.size() != places.parameters.size() || !x.allFinite()) {
       throw InputError(fmt::format("{}: expected {} finite parameters, got {}{}", skill->name,
                                    places.parameters.size(), x.size(),
@@ -160,6 +160,16 @@ struct Runner::Impl {
     places.parameters = x;
     places.task = task;
     places.settle();
+  }
+
+  sim::State start() {
+    if (elsewhere) return *elsewhere;
+    return launch ? launch->state() : skill->start;
+  }
+
+  Rollout run(const VectorXd& x, double task, sim::Recording* recording,
+              const motion::Ending* start) {
+    settle(x, task);
     const Disturbance& d = skill->disturbance;
     const motion::TrialOptions options{.horizon = skill->horizon,
                                        .pushes = pushesNow(),
@@ -170,8 +180,8 @@ struct Runner::Impl {
                                        .stream = std::bit_cast<std::uint64_t>(task),
                                        .recording = recording,
                                        .joint_forces = joint_forces || places.readJointForces()};
-    if (!start && skill->after) start = &after;
-    const sim::State begin = launch && !start ? launch->state() : skill->start;
+    if (!start && skill->after && !elsewhere) start = &after;
+    const sim::State begin = start ? skill->start : this->start();
     if (!begin.q.allFinite() || !begin.v.allFinite() || !finite(options.pushes)) return nothing();
     const motion::Trial& trial = start ? session.run(*start, options) : session.run(begin, options);
     Rollout r;
@@ -229,6 +239,15 @@ void Runner::under(const VectorXd& conditions) {
                                  now.allFinite() ? "" : " with NaN or infinity"));
   }
   impl_->places.conditions = now;
+}
+
+sim::State Runner::start(const VectorXd& parameters, double task) {
+  impl_->settle(parameters, task);
+  return impl_->start();
+}
+
+void Runner::beginsAt(const std::optional<sim::State>& start) {
+  impl_->elsewhere = start;
 }
 
 double Runner::costOf(double task) {

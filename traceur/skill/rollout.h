@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,11 @@ class Runner {
   /// ones.
   /// @throws InputError for a wrong number of them, or NaN among them
   void under(const VectorXd& conditions);
+  /// Where a trial with these would begin.
+  /// @throws InputError as run() does
+  sim::State start(const VectorXd& parameters, double task);
+  /// Where the trials to come begin instead; nothing: where the skill says.
+  void beginsAt(const std::optional<sim::State>& start);
   /// Runs the skill. Equal arguments and conditions give equal bits in any Runner on any thread.
   /// @param parameters  (n), in the order and units of Skill::parameters
   /// @param recording   filled every kInterval when given

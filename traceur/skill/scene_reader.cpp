@@ -23,6 +23,11 @@ sim::Material material(const TomlReader& r, double time_step) {
   for (const char* key : {"friction", "rolling_friction"}) {
     if (r.number(key, 0) < 0) r.fail(key, fmt::format("\"{}\": expected a number >= 0", key));
   }
+  m.damping_ratio = r.number("damping_ratio", m.damping_ratio);
+  if (!(m.damping_ratio > 0)) {
+    r.fail("damping_ratio", "\"damping_ratio\": expected a number > 0");
+    m.damping_ratio = 1;
+  }
   m.friction = std::max(0.0, m.friction);
   m.rolling = std::max(0.0, m.rolling);
   if (!(m.compliance >= 2 * time_step)) {
