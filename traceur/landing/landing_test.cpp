@@ -108,6 +108,19 @@ TEST(Falls, AgainBeginWhereTheyBegan) {
   EXPECT_NE(held[0].start.q, held[1].start.q);
 }
 
+TEST(Landing, OfThePersonRollsAndStands) {
+  const auto skill = skill::Skill::fromFile(skill::findSkill("human", "land"));
+  const FallSet set{"near the default", "", {{"height", 2.6, 2.8}, {"forward", 2.4, 2.6}}};
+  const auto falls =
+      fallAll({skill, skill->initialParameters()}, drawFalls(*skill, set, 4, 1), 0);
+  for (const Fall& f : falls) {
+    EXPECT_TRUE(f.verdict.rolled) << f.rollout.ended;
+    EXPECT_TRUE(f.verdict.stands()) << f.rollout.ended;
+    EXPECT_TRUE(f.verdict.stands_later) << f.rollout.ended;
+    EXPECT_LT(*f.verdict.rolled, *f.verdict.stood);
+  }
+}
+
 TEST(Stress, KnowsAPersonsJoints) {
   const auto joints = stressedJoints(*dropped("0", 2.4, 0)->model);
   std::vector<std::string> names, ends;
