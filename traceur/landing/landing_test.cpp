@@ -111,8 +111,7 @@ TEST(Falls, AgainBeginWhereTheyBegan) {
 TEST(Landing, OfThePersonRollsAndStands) {
   const auto skill = skill::Skill::fromFile(skill::findSkill("human", "land"));
   const FallSet set{"near the default", "", {{"height", 2.6, 2.8}, {"forward", 2.4, 2.6}}};
-  const auto falls =
-      fallAll({skill, skill->initialParameters()}, drawFalls(*skill, set, 4, 1), 0);
+  const auto falls = fallAll({skill, skill->initialParameters()}, drawFalls(*skill, set, 4, 1), 0);
   for (const Fall& f : falls) {
     EXPECT_TRUE(f.verdict.rolled) << f.rollout.ended;
     EXPECT_TRUE(f.verdict.stands()) << f.rollout.ended;

@@ -1445,6 +1445,7 @@ TEST(Snapshot, TheTorqueIsWhatMotorsWereTold) {
 
 std::shared_ptr<const Model> restingBoxes(bool sleep) {
   std::vector<Prop> boxes;
+  boxes.reserve(4);
   for (int i = 0; i < 4; ++i) {
     boxes.push_back({.name = "box " + std::to_string(i),
                      .size = Vector3d::Constant(0.05),
