@@ -196,8 +196,16 @@ int many(const Arguments& a, const Way& start, const Way& way, const Way& limp) 
   const landing::FallSet& set = landing::findFallSet(a.set);
   auto conditions = landing::drawFalls(skill, set, a.falls, a.seed);
   for (Eigen::VectorXd& x : conditions) meetWith(a, skill, x);
-  std::vector<Fall> falls = landing::fallAll(start, conditions, a.threads);
-  if (way.skill != start.skill) falls = landing::fallAgain(way, falls, a.threads);
+  std::vector<Fall> falls;
+  if (way.skill == start.skill) {
+    falls = landing::fallAll(start, conditions, a.threads);
+  } else {  // limp
+    landing::Faller faller(start);
+    std::vector<sim::State> starts;
+    for (const Eigen::VectorXd& x : conditions) starts.push_back(faller.start(x));
+    const std::vector<Eigen::VectorXd> initial(starts.size());
+    falls = landing::fallAll(way, initial, a.threads, starts);
+  }
   std::vector<Fall> limply;
   if (a.stress) limply = landing::fallAgain(limp, falls, a.threads);
   Json rows = Json::array();
@@ -245,11 +253,10 @@ int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
   for (const fs::path picture : a.files) requirePicture(picture);
   const Eigen::VectorXd conditions = conditionsOf(*start.skill, a);
   sim::Recording recording;
-  Fall fall = landing::Faller(start).fall(conditions, {}, &recording);
-  if (way.skill != start.skill) {
-    recording = {};
-    fall = landing::Faller(way).fall({}, fall.start, &recording);
-  }
+  landing::Faller faller(start);
+  const Fall fall = way.skill == start.skill
+                        ? faller.fall(conditions, {}, &recording)
+                        : landing::Faller(way).fall({}, faller.start(conditions), &recording);
   for (const fs::path picture : a.files) {
     if (!draw(recording, picture, {}, interrupt, a.json)) return kInterrupted;
   }

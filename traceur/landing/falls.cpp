@@ -98,14 +98,18 @@ Fall Faller::fall(const VectorXd& conditions, const std::optional<sim::State>& s
   return fall;
 }
 
+sim::State Faller::start(const VectorXd& conditions) {
+  runner_.under(conditions);
+  runner_.beginsAt({});
+  return runner_.start(way_.parameters, way_.skill->task.initial);
+}
+
 std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions, int threads,
-                          const std::function<void(size_t done)>& told,
                           std::span<const sim::State> starts) {
   std::vector<Fall> falls(conditions.size());
   ThreadPool pool(threads);
   std::mutex mutex;
   std::vector<std::unique_ptr<Faller>> idle;
-  size_t done = 0;
   pool.forEach(static_cast<int>(conditions.size()), [&](int n) {
     const auto k = static_cast<size_t>(n);
     std::unique_ptr<Faller> faller;
@@ -121,16 +125,14 @@ std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions, 
                             starts.empty() ? std::nullopt : std::optional<sim::State>(starts[k]));
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(faller));
-    if (told) told(++done);
   });
   return falls;
 }
 
-std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, int threads,
-                            const std::function<void(size_t done)>& told) {
+std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, int threads) {
   std::vector<sim::State> starts;
   for (const Fall& f : falls) starts.push_back(f.start);
-  return fallAll(way, std::vector<VectorXd>(falls.size()), threads, told, starts);
+  return fallAll(way, std::vector<VectorXd>(falls.size()), threads, starts);
 }
 
 namespace {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -52,7 +51,7 @@ struct Fall {
 /// One thread's workspace for falls; made once, used for many.
 class Faller {
  public:
-  /// @throws InputError for a robot that a Judge does not know its way about
+  /// @throws InputError for a robot without the groups that a Judge looks at
   explicit Faller(Way way);
 
   /// @param conditions  of the skill; empty: its initial ones
@@ -60,6 +59,8 @@ class Faller {
   /// @param recording   filled when given
   Fall fall(const VectorXd& conditions, const std::optional<sim::State>& start = {},
             sim::Recording* recording = nullptr);
+  /// Where the skill says that a fall begins.
+  sim::State start(const VectorXd& conditions);
 
  private:
   Way way_;
@@ -69,15 +70,12 @@ class Faller {
 
 /// Falls on so many threads; the result does not depend on them.
 /// @param conditions  one of each fall; empty: the skill's initial ones
-/// @param told        called after each fall, from any thread, one at a time
 /// @param starts      where the falls begin; none: where the skill says
 std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions, int threads,
-                          const std::function<void(size_t done)>& told = {},
                           std::span<const sim::State> starts = {});
 
 /// The same falls, in another way.
-std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, int threads,
-                            const std::function<void(size_t done)>& told = {});
+std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, int threads);
 
 /// A share and its 95 % interval [Wilson1927].
 struct Share {

@@ -208,11 +208,10 @@ struct Part {
 /// How a robot and its ground may differ from their model, to know what a skill withstands before
 /// it meets them.
 struct Disturbance {
-  double mass = 1;                      ///< factor on every mass and inertia of the robot
-  std::optional<double> friction;       ///< of the ground, in place of the skill's
-  std::optional<double> compliance;     ///< of the ground, in place of the skill's [s]
-  std::optional<double> damping_ratio;  ///< of the ground, in place of the skill's
-  std::optional<double> time_step;      ///< of the simulation, in place of the skill's [s]
+  double mass = 1;                   ///< factor on every mass and inertia of the robot
+  std::optional<double> friction;    ///< of the ground, in place of the skill's
+  std::optional<double> compliance;  ///< of the ground, in place of the skill's [s]
+  std::optional<double> time_step;   ///< of the simulation, in place of the skill's [s]
   double delay = 0;           ///< from a state to the torque that answers it [s], whole steps
   double encoder_noise = 0;   ///< of the angles PD control reads, standard deviation [rad]
   double velocity_noise = 0;  ///< of the com_velocity that feedback reads [m/s]

@@ -194,8 +194,6 @@ class SkillReader {
         skill_.disturbance.friction.value_or(scene.ground_material.friction);
     scene.ground_material.compliance =
         skill_.disturbance.compliance.value_or(scene.ground_material.compliance);
-    scene.ground_material.damping_ratio =
-        skill_.disturbance.damping_ratio.value_or(scene.ground_material.damping_ratio);
     limit(s, "props", rows.size());
     s.finish();
     const std::string robot = top.string("robot");

@@ -447,6 +447,8 @@ TEST(SkillFile, BoundsOfItsNumbersAreWhereItSaysTheyAre) {
   };
   EXPECT_EQ(scene("compliance = 0.002"), "accepted");
   EXPECT_NE(scene("compliance = 0.0019"), "accepted");
+  EXPECT_EQ(scene("damping_ratio = 0.1"), "accepted");
+  EXPECT_NE(scene("damping_ratio = 0"), "accepted");
   EXPECT_EQ(scene("friction = 0\nrolling_friction = 0"), "accepted");
   EXPECT_NE(scene("friction = -0.1"), "accepted");
   EXPECT_NE(scene("rolling_friction = -0.1"), "accepted");
