@@ -202,6 +202,7 @@ int many(const Arguments& a, const Way& start, const Way& way, const Way& limp) 
   } else {  // limp
     landing::Faller faller(start);
     std::vector<sim::State> starts;
+    starts.reserve(conditions.size());
     for (const Eigen::VectorXd& x : conditions) starts.push_back(faller.start(x));
     const std::vector<Eigen::VectorXd> initial(starts.size());
     falls = landing::fallAll(way, initial, a.threads, starts);
