@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "apps/cli/arguments.h"
 #include "apps/cli/output.h"
@@ -16,6 +18,7 @@
 #include "traceur/landing/falls.h"
 #include "traceur/landing/stress.h"
 #include "traceur/practice/learned.h"
+#include "traceur/sim/surface.h"
 
 namespace traceur::cli {
 namespace {
@@ -45,6 +48,9 @@ struct Arguments {
   std::string set = "m2";
   std::uint64_t seed = 1;
   std::optional<double> time_step, compliance, friction;
+  std::string surface;
+  int rolls = 1;
+  std::vector<std::string> push, cannon, drag, onto, perturb;  // NAME=VALUE each
   int threads = 0;
   std::vector<std::string> files;
   bool stress = false;
@@ -53,6 +59,70 @@ struct Arguments {
 
 /// The condition that says what meets the ground first.
 constexpr const char* kHands = "hands";
+/// Those of how often it rolls, and of how high the box is that it comes down on first.
+constexpr const char* kRolls = "rolls";
+constexpr const char* kRoof = "roof";
+
+const std::string kBall = "cannon_ball";
+const std::string kBox = "box";
+
+/// What is told by several NAME=VALUE.
+class Told {
+ public:
+  Told(const char* option, ParamSpecs rows, const std::vector<std::string>& texts)
+      : rows_(std::move(rows)), given_(!texts.empty()), values_(initialOf(rows_)) {
+    const std::string name = option;
+    for (const std::string& text : texts) assign(values_, {rows_, "number", name}, text, option);
+  }
+  /// Whether the option was there.
+  explicit operator bool() const { return given_; }
+  double operator[](std::string_view name) const {
+    const auto row = std::find_if(rows_.begin(), rows_.end(),
+                                  [&](const ParamSpec& p) { return p.name == name; });
+    assert(row != rows_.end());
+    return values_[row - rows_.begin()];
+  }
+  sim::Vector3d vector() const { return {(*this)["forward"], (*this)["left"], (*this)["up"]}; }
+  /// "time=0.3 [s, 0 to 60]" …
+  static std::string help(const ParamSpecs& rows) {
+    std::vector<std::string> words;
+    words.reserve(rows.size());
+    for (const ParamSpec& p : rows) {
+      words.push_back(fmt::format("{}={:g}{}", p.name, p.initial,
+                                  p.unit == "1" ? "" : fmt::format(" [{}]", p.unit)));
+    }
+    return join(words);
+  }
+
+ private:
+  ParamSpecs rows_;
+  bool given_;
+  Eigen::VectorXd values_;
+};
+
+const ParamSpecs kPushes = {{"time", "s", 0, 60, 0.2, ""},
+                            {"forward", "N·s", -1000, 1000, 0, ""},
+                            {"left", "N·s", -1000, 1000, 0, ""},
+                            {"up", "N·s", -1000, 1000, 0, ""}};
+const ParamSpecs kCannons = {
+    {"time", "s", 0, 60, 0.2, ""},      {"mass", "kg", 0.1, 100, 5, ""},
+    {"forward", "m/s", -30, 30, 0, ""}, {"left", "m/s", -30, 30, 0, ""},
+    {"up", "m/s", -30, 30, 0, ""},      {"distance", "m", 0.8, 20, 1.5, ""}};
+const ParamSpecs kDrags = {
+    {"time", "s", 0, 60, 0.2, ""},       {"forward", "m", -20, 20, 0, ""},
+    {"left", "m", -20, 20, 0, ""},       {"up", "m", -20, 20, 0, ""},
+    {"roll", "rad", -3.15, 3.15, 0, ""}, {"pitch", "rad", -3.15, 3.15, 0, ""},
+    {"yaw", "rad", -3.15, 3.15, 0, ""}};
+const ParamSpecs kBoxes = {{"height", "m", 0.1, 10, 1.4, ""},
+                           {"length", "m", 0.5, 20, 3, ""},
+                           {"width", "m", 0.5, 20, 2, ""}};
+const ParamSpecs kPerturbations = {{"mass", "1", 0.5, 2, 1, ""},
+                                   {"friction", "1", 0, 10, 1, ""},
+                                   {"delay", "s", 0, 0.1, 0, ""},
+                                   {"noise", "1", 0, 10, 0, ""}};
+/// Noise of 1, as perform --perturb has it.
+constexpr double kEncoderNoise = 0.005;  // [rad]
+constexpr double kVelocityNoise = 0.05;  // [m/s]
 
 /// Sets it by --strategy.
 void meetWith(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
@@ -76,6 +146,8 @@ Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   for (size_t i = 0; i < a.spin.size(); ++i) give(kSpin[i], a.spin[i], "--spin");
   if (a.lean) give("miss", *a.lean, "--lean");
   meetWith(a, skill, x);
+  if (a.rolls > 1) give(kRolls, a.rolls, "--rolls");
+  if (const Told box("--onto", kBoxes, a.onto); box) give(kRoof, box["height"], "--onto");
   for (const std::string& text : a.given) assign(x, conditions, text, "--given");
   return x;
 }
@@ -249,12 +321,21 @@ int many(const Arguments& a, const Way& start, const Way& way, const Way& limp) 
   return kDone;
 }
 
+void requireInTheAir(const sim::Model& model, const sim::State& start) {
+  static constexpr double kDepth = 0.001;  // [m]
+  if (const auto body = model.bodyReachedInto(start, kDepth)) {
+    throw InputError(fmt::format("the fall begins inside {}: expected a larger --height",
+                                 model.bodyName(*body) == kBox ? "the box" : "the ground"));
+  }
+}
+
 int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
         Interrupt& interrupt) {
   for (const fs::path picture : a.files) requirePicture(picture);
   const Eigen::VectorXd conditions = conditionsOf(*start.skill, a);
   sim::Recording recording;
   landing::Faller faller(start);
+  requireInTheAir(*start.skill->model, faller.start(conditions));
   const Fall fall = way.skill == start.skill
                         ? faller.fall(conditions, {}, &recording)
                         : landing::Faller(way).fall({}, faller.start(conditions), &recording);
@@ -275,14 +356,81 @@ int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
   return kDone;
 }
 
+/// The box that it comes down on: the middle of its roof is where the COM would meet it.
+sim::Prop boxUnder(const Arguments& a, const Told& box) {
+  const double height = a.height.value_or(0);
+  const double forward = a.velocity.empty() ? 0 : a.velocity[0];
+  const double up = a.velocity.size() > 2 ? a.velocity[2] : 0;
+  const double time = flight::fallTime(height - box["height"] - 0.9, up, kGravity);
+  sim::Prop prop;
+  prop.name = kBox;
+  prop.size = {box["length"] / 2, box["width"] / 2, box["height"] / 2};
+  prop.position = {forward * time, 0, box["height"] / 2};
+  return prop;
+}
+
+skill::Disturbance changesOf(const Arguments& a) {
+  skill::Disturbance changed;
+  if (!a.surface.empty()) {
+    const sim::Material& ground = sim::findSurface(a.surface).material;
+    changed.friction = ground.friction;
+    changed.compliance = ground.compliance;
+    changed.damping_ratio = ground.damping_ratio;
+  }
+  if (const Told how("--perturb", kPerturbations, a.perturb); how) {
+    changed.mass = how["mass"];
+    if (how["friction"] != 1) changed.friction = how["friction"];
+    changed.delay = how["delay"];
+    changed.encoder_noise = how["noise"] * kEncoderNoise;
+    changed.velocity_noise = how["noise"] * kVelocityNoise;
+    changed.seed = a.seed;
+  }
+  changed.time_step = a.time_step;
+  if (a.compliance) changed.compliance = a.compliance;
+  if (a.friction) changed.friction = a.friction;
+  if (const Told how("--cannon", kCannons, a.cannon); how) {
+    static constexpr double kLead = 11340;  // [kg/m³]
+    sim::Prop ball;
+    ball.name = kBall;
+    ball.shape = sim::Prop::Shape::kBall;
+    ball.mass = how["mass"];
+    ball.size[0] = std::cbrt(3 * ball.mass / (4 * std::numbers::pi * kLead));
+    ball.position = {-50, 0, ball.size[0]};  // until it is shot: out of the way
+    changed.props.push_back(ball);
+  }
+  if (const Told box("--onto", kBoxes, a.onto); box) changed.props.push_back(boxUnder(a, box));
+  return changed;
+}
+
+skill::Meddling meddlingOf(const Arguments& a, const sim::Model& model) {
+  skill::Meddling happens;
+  if (const Told how("--push", kPushes, a.push); how) {
+    static constexpr double kTime = 0.1;  // [s]
+    happens.pushes.push_back({.body = model.root(),
+                              .force = how.vector() / kTime,
+                              .start = how["time"],
+                              .duration = kTime});
+  }
+  if (const Told how("--cannon", kCannons, a.cannon); how) {
+    if (how.vector().norm() == 0) throw InputError("--cannon: expected a velocity, as left=10");
+    happens.shots.push_back({.body = model.body(kBall),
+                             .start = how["time"],
+                             .velocity = how.vector(),
+                             .distance = how["distance"]});
+  }
+  if (const Told how("--drag", kDrags, a.drag); how) {
+    happens.drags.push_back(
+        {.start = how["time"],
+         .by = how.vector(),
+         .turn = sim::rotationOf({how["roll"], how["pitch"], how["yaw"]}).toRotationMatrix()});
+  }
+  return happens;
+}
+
 Way wayOf(const Arguments& a, const char* name) {
   const fs::path file = skill::findSkill(a.robot, name);
-  skill::Disturbance changed;
-  changed.time_step = a.time_step;
-  changed.compliance = a.compliance;
-  changed.friction = a.friction;
-  const auto skill = Skill::fromText(readFile(file), file, changed);
-  return {skill, skill->initialParameters()};
+  const auto skill = Skill::fromText(readFile(file), file, changesOf(a));
+  return {skill, skill->initialParameters(), meddlingOf(a, *skill->model)};
 }
 
 int land(const Arguments& a) {
@@ -296,6 +444,12 @@ int land(const Arguments& a) {
         initialOf(practice::beginningFrom(practice::Run::open(a.from), landing.skill->parameters,
                                           landing.skill->task.initial)
                       .parameters);
+  }
+  if (a.falls > 0 && !a.onto.empty()) {
+    throw InputError("--onto: the box stands where one fall comes down: expected no --falls");
+  }
+  if (!a.onto.empty() && !a.height) {
+    throw InputError("--onto: expected --height too, from which it falls onto the box");
   }
   const bool limp = a.strategy == "ragdoll";
   const Way ragdoll = limp || a.stress ? wayOf(a, kLimp) : Way{};
@@ -337,6 +491,26 @@ void addLand(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(1e-4, 0.2));
   verb->add_option("--friction", a->friction, "Of the ground; default: the skill's")
       ->check(CLI::Range(0.0, 10.0));
+  std::vector<std::string> grounds;
+  for (const sim::Surface& s : sim::surfaces()) {
+    grounds.push_back(fmt::format("{} ({})", s.name, s.help));
+  }
+  verb->add_option("--surface", a->surface,
+                   fmt::format("What it falls on: {}; default: the skill's", join(grounds)));
+  verb->add_option("--rolls", a->rolls, "So many rolls, one after the other")
+      ->check(CLI::Range(1, 20))
+      ->capture_default_str();
+  const auto told = [&](const char* option, std::vector<std::string>& to, const char* what,
+                        const ParamSpecs& rows) {
+    verb->add_option(option, to, fmt::format("{}. NAME=VALUE of: {}", what, Told::help(rows)))
+        ->type_name("NAME=VALUE")
+        ->expected(1, static_cast<int>(rows.size()));
+  };
+  told("--push", a->push, "A push on the root for 0.1 s", kPushes);
+  told("--cannon", a->cannon, "A ball of lead is shot at it", kCannons);
+  told("--drag", a->drag, "It is put elsewhere, and turned, on its way", kDrags);
+  told("--onto", a->onto, "A box that it comes down on before the ground", kBoxes);
+  told("--perturb", a->perturb, "Another body than the controller knows", kPerturbations);
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
   verb->add_option("--out", a->files, ".png for a film strip, .mp4 for a video. One for each")
@@ -348,6 +522,8 @@ void addLand(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  traceur land --height 3 --velocity 2.5 --out land.png\n"
       "  traceur land --height 4 --velocity 2 0.3 --spin 1\n"
+      "  traceur land --height 4 --cannon time=0.2 mass=5 left=10 --out hit.mp4\n"
+      "  traceur land --surface ice\n"
       "  traceur land --falls 100 --set m2");
   verb->callback([a, &exit_code] { exit_code = land(*a); });
 }

@@ -34,6 +34,25 @@ grep -q "^neck" "$dir/stress" || complain "land --falls --stress: no neck"
 "$traceur" land --falls 4 --set easy --json --threads 2 >"$dir/two" || complain "falls: exit $?"
 cmp -s "$dir/one" "$dir/two" || complain "falls differ with the threads"
 
+# Whatever happens on the way, the same limp fall comes down later or earlier for it.
+touch_down() {
+  "$traceur" land --strategy ragdoll --height 3 --json "$@" |
+    python3 -c 'import json, sys; print(json.load(sys.stdin)["touch_down"])'
+}
+python3 - "$(touch_down)" "$(touch_down --drag time=0.2 up=1)" "$(touch_down --push time=0.1 up=60)" \
+  "$(touch_down --cannon time=0.1 mass=5 left=10)" "$(touch_down --onto height=1)" <<'END' ||
+import sys
+plain, drag, push, cannon, onto = map(float, sys.argv[1:])
+assert drag > plain + 0.1 and push > plain + 0.05 and onto < plain - 0.1, sys.argv
+assert abs(cannon - plain) < 0.1 and cannon != plain, sys.argv
+END
+  complain "drag, push, cannon, onto: not as they should be"
+for surface in ice gym trampoline; do
+  "$traceur" land --surface $surface --json --perturb mass=1.1 delay=0.002 >"$dir/$surface" ||
+    complain "land --surface $surface: exit $?"
+done
+cmp -s "$dir/ice" "$dir/gym" && complain "ice is as a mat"
+
 # refused WORDS ARGUMENTS…
 refused() {
   local words=$1
@@ -43,6 +62,12 @@ refused() {
   case $text in *"$words"*) ;; *) complain "land $*: $text" ;; esac
 }
 refused "--height 0: height is within [1, 25] m" --height 0
+refused "no surface named \"ics\". Did you mean \"ice\"?" --surface ics
+refused "begins inside" --height 3 --onto height=2.5
+refused "expected --height too" --onto height=1
+refused "has no number \"tim\"" --push tim=3
+refused "expected a velocity" --cannon time=0.2
+refused "expected no --falls" --falls 2 --height 3 --onto height=1
 refused "no set of falls named" --falls 2 --set esy
 refused "to judge a landing by" --robot bioloid-gp
 refused "looked in" --robot nobody

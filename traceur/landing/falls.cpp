@@ -83,7 +83,9 @@ std::vector<VectorXd> drawFalls(const skill::Skill& skill, const FallSet& set, i
   return all;
 }
 
-Faller::Faller(Way way) : way_(std::move(way)), runner_(way_.skill), judge_(way_.skill->model) {}
+Faller::Faller(Way way) : way_(std::move(way)), runner_(way_.skill), judge_(way_.skill->model) {
+  runner_.meddledWith(way_.meddling);
+}
 
 Fall Faller::fall(const VectorXd& conditions, const std::optional<sim::State>& start,
                   sim::Recording* recording) {

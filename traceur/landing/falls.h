@@ -35,10 +35,11 @@ const FallSet& findFallSet(const std::string& name);
 std::vector<VectorXd> drawFalls(const skill::Skill& skill, const FallSet& set, int count,
                                 std::uint64_t seed);
 
-/// A way to meet a fall: a skill with its numbers.
+/// A way to meet a fall: a skill with its numbers; and what happens on the way.
 struct Way {
   std::shared_ptr<const skill::Skill> skill;
   VectorXd parameters;
+  skill::Meddling meddling = {};
 };
 
 /// One fall, judged.

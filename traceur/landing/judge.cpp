@@ -67,12 +67,17 @@ void Judge::look(const motion::Moment& m) {
   double head = 0;
   for (const sim::RobotContact& c : m.s.robotContacts()) {
     const auto body = static_cast<size_t>(c.body.value);
+    if (head_[body]) head += c.f_W.norm();
+    if (!model_->isStatic(c.other)) continue;  // what flies about is no ground
     touches = true;
     feet_alone = feet_alone && feet_[body];
     on_back_ = on_back_ || (back_[body] && somersault_ > 2);
-    if (head_[body]) head += c.f_W.norm();
   }
   if (touches && !verdict_.touch_down) {
+    // Turns in the air are no rolls: it is counted from the nearest upright, a lean back up to 1.5.
+    static constexpr double kTurn = 2 * std::numbers::pi;
+    somersault_ -= kTurn * std::floor((somersault_ + 1.5) / kTurn);
+    on_back_ = false;
     verdict_.touch_down = m.time;
     verdict_.touch_down_speed = -m.s.comVelocity().z();
     verdict_.touch_down_somersault = somersault_;

@@ -14,19 +14,19 @@ using Eigen::VectorXd;
 
 /// A fall as it is counted.
 ///
-/// It has rolled when within kRollingTime after touch-down the trunk's somersault, counted on from
-/// upright, has passed kRolled, with shoulders or back, but for the pelvis, on the ground between:
-/// who turns over later is getting up. It stands once,
-/// after that, it has been on its feet alone with the COM above kStanding for kStandingTime. It is
-/// safe when besides the head's contact force stayed below kHeadForce.
+/// It touches down on what is fixed to the world. It has rolled when within kRollingTime after that
+/// the trunk's somersault, counted on from the nearest upright, has passed kRolled, with shoulders
+/// or back, but for the pelvis, on the ground between: who turns over later is getting up. It
+/// stands once, after that, it has been on its feet alone with the COM above kStanding for
+/// kStandingTime. It is safe when besides the head's contact force stayed below kHeadForce.
 struct Verdict {
-  std::optional<double> touch_down = {};  ///< when the robot first touched anything [s]
+  std::optional<double> touch_down = {};  ///< when [s]
   std::optional<double> rolled = {};      ///< when [s]
   std::optional<double> stood = {};       ///< when it had stood for so long [s]
   bool stands_later = false;              ///< and still did kLater after that
   double head_force = 0;                  ///< largest on the head [N]
   double touch_down_speed = 0;            ///< of the COM, downwards, as it touched [m/s]
-  double touch_down_somersault = 0;       ///< of the root then [rad]
+  double touch_down_somersault = 0;       ///< of the root then, in [-1.5, 2π - 1.5) [rad]
   /// By body: the largest force that its joint with its parent bore since touch-down, as a mean
   /// over kStressWindow [Ha2015, §3.6.1] [N]
   VectorXd stress = {};

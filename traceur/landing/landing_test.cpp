@@ -74,6 +74,38 @@ TEST(Judge, DoesNotTakeStandingForALanding) {
   EXPECT_EQ(f.verdict.head_force, 0);
 }
 
+TEST(Judge, DoesNotCountTurnsInTheAirAsRolls) {
+  // Limp, with a spin that turns it over once before it comes down.
+  const auto skill = dropped("0", 6, 0);
+  VectorXd spinning = skill->initialConditions();
+  spinning[2] = 7;
+  const Fall f = fallAll({skill, skill->initialParameters()}, std::vector{spinning}, 1).front();
+  ASSERT_TRUE(f.verdict.touch_down);
+  EXPECT_GE(f.verdict.touch_down_somersault, -1.5);
+  EXPECT_LT(f.verdict.touch_down_somersault, 2 * M_PI - 1.5);
+  EXPECT_FALSE(f.verdict.stands());
+}
+
+TEST(Judge, TakesNoShotForTheGround) {
+  skill::Disturbance how;
+  how.props.push_back({.name = "ball",
+                       .shape = sim::Prop::Shape::kBall,
+                       .size = {0.1, 0, 0},
+                       .position = {-50, 0, 0.1},
+                       .mass = 5});
+  const auto plain = dropped("0", 4, 0);
+  const auto skill = skill::Skill::fromText(plain->text, plain->file, how);
+  const motion::Shot shot{.body = skill->model->body("ball"), .start = 0.1, .velocity = {0, 10, 0}};
+  const std::vector<VectorXd> one = {skill->initialConditions()};
+  const auto fall = [&](const skill::Meddling& happens) {
+    return fallAll({skill, skill->initialParameters(), happens}, one, 1).front();
+  };
+  const Fall unhurt = fall({});
+  const Fall hit = fall({.shots = {shot}});
+  EXPECT_NE(hit.rollout.hash, unhurt.rollout.hash);
+  EXPECT_NEAR(hit.verdict.touch_down.value(), unhurt.verdict.touch_down.value(), 0.1);
+}
+
 TEST(Falls, AreDrawnByTheirNumberAndCountedOnAnyThreads) {
   const auto skill = dropped("0", 2.4, 0.1);
   const FallSet& set = findFallSet("easy");

@@ -104,6 +104,7 @@ bool Session::step() {
   const sim::Snapshot& s = world_->snapshot();
   const double dt = world_->model().timeStep();
   const Moment m{s, step_, step_ * dt};
+  const bool meddled = step_ < steps_ && meddle();
   controller_->update(m);
   std::string_view why = step_ >= steps_ ? "horizon" : "";
   for (Observer* o : observers_) {
@@ -120,7 +121,7 @@ bool Session::step() {
   if (options_.recording) record(due);
   if (last) return finish(m, why);
 
-  push(m);
+  push(m, meddled);
   NoisySenses senses(s, options_.velocity_noise, noise_);
   command_.stiffness.resize(0);
   command_.damping.resize(0);
@@ -169,12 +170,51 @@ bool Session::finish(const Moment& m, std::string_view why) {
   return false;
 }
 
-void Session::push(const Moment& m) {
+/// Puts things elsewhere where it is time to.
+bool Session::meddle() {
+  const sim::Model& model = world_->model();
+  const auto now = [&](double start) { return step_ == inSteps(start, model.timeStep()); };
+  bool meddled = false;
+  const auto change = [&](const auto& how) {
+    sim::State state = world_->state();
+    how(state);
+    world_->reset(state);
+    meddled = true;
+  };
+  const sim::Snapshot& s = world_->snapshot();
+  for (const Drag& d : options_.drags) {
+    if (!now(d.start)) continue;
+    change([&](sim::State& state) {
+      const Eigen::Vector3d com = s.com();
+      const Eigen::Vector3d velocity = s.comVelocity();
+      auto at = state.q.segment<3>(model.rootQ());
+      at = com + d.turn * (at - com) + d.by;
+      auto v = state.v.segment<3>(model.rootV());
+      v = velocity + d.turn * (v - velocity);
+      auto q = state.q.segment<4>(model.rootQ() + 3);  // w x y z
+      const Eigen::Quaterniond turned =
+          Eigen::Quaterniond(d.turn) * Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+      q << turned.w(), turned.x(), turned.y(), turned.z();
+    });
+  }
+  for (const Shot& shot : options_.shots) {
+    if (!now(shot.start)) continue;
+    change([&](sim::State& state) {
+      const Eigen::Vector3d towards = (shot.velocity - s.comVelocity()).normalized();
+      model.putFree(state, shot.body, s.com() - shot.distance * towards, shot.velocity);
+    });
+  }
+  return meddled;
+}
+
+/// @param anew  nothing is pushed any more
+void Session::push(const Moment& m, bool anew) {
   const double dt = world_->model().timeStep();
   const auto begins = [&](const Push& p) { return inSteps(p.start, dt); };
   const auto ends = [&](const Push& p) { return begins(p) + inSteps(p.duration, dt); };
   for (const Push& changed : options_.pushes) {
-    const bool first = m.step == 0 && begins(changed) < 0 && ends(changed) > 0;
+    const bool under_way = begins(changed) < m.step && ends(changed) > m.step;
+    const bool first = (m.step == 0 || anew) && under_way;
     if (!first && m.step != begins(changed) && m.step != ends(changed)) continue;
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     Eigen::Vector3d moment = Eigen::Vector3d::Zero();

@@ -24,10 +24,28 @@ struct Push {
   double duration = 0.1;                             ///< [s]
 };
 
+/// The robot is put somewhere else from one step to the next, as by a hand. It floats.
+struct Drag {
+  double start = 0;                                    ///< since the trial began [s]
+  Eigen::Vector3d by = Eigen::Vector3d::Zero();        ///< so far, world axes [m]
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  ///< about the COM, whose velocity stays; all
+                                                       ///< other motion turns with the body
+};
+
+/// A free prop is shot at the robot's COM, which it would meet if both fell on freely.
+struct Shot {
+  sim::BodyId body;
+  double start = 0;                                     ///< since the trial began [s]
+  Eigen::Vector3d velocity = Eigen::Vector3d::UnitX();  ///< world axes; not the COM's [m/s]
+  double distance = 1;                                  ///< from the COM as it is shot [m]
+};
+
 /// Times are rounded to whole steps.
 struct TrialOptions {
   double horizon = std::numeric_limits<double>::infinity();  ///< [s]; without, an observer ends it
   std::vector<Push> pushes = {};
+  std::vector<Drag> drags = {};
+  std::vector<Shot> shots = {};
   double delay = 0;           ///< from a state to the torque that answers it [s]
   double encoder_noise = 0;   ///< of the angles PD control reads, standard deviation [rad | m]
   double velocity_noise = 0;  ///< of Senses::comVelocity, by axis [m/s]
@@ -91,7 +109,8 @@ class Session {
   void start();
   void record(bool due);
   bool finish(const Moment& m, std::string_view why);
-  void push(const Moment& m);
+  bool meddle();
+  void push(const Moment& m, bool anew);
 
   sim::World* world_;
   control::Actuation* actuation_;

@@ -217,6 +217,77 @@ TEST(Session, PushesAddUpWhateverTheirOrder) {
   }
 }
 
+/// A rod on its hinge that floats and a ball, both falling, far from any ground.
+std::shared_ptr<const sim::Model> falling() {
+  static const auto kModel = sim::Model::fromMjcf(R"(<mujoco>
+    <option timestep="0.001" integrator="Euler"/>
+    <worldbody>
+    <body name="root" pos="0 0 50"><freejoint/><inertial pos="0 0 0" mass="2" diaginertia="1 2 3"/>
+      <geom size="0.1"/>
+      <body name="rod"><joint name="hinge" axis="0 1 0"/>
+        <inertial pos="0.5 0 0" mass="1" diaginertia="1 1 1"/></body></body>
+    <body name="ball" pos="-9 0 0"><freejoint/><geom name="ball" size="0.05" mass="5"/></body>
+    </worldbody>
+    <actuator><motor name="hinge" joint="hinge"/></actuator></mujoco>)");
+  return kModel;
+}
+
+/// Where it is after a trial of a held hinge, whose momentum is kept.
+void fall(sim::World& world, const TrialOptions& options) {
+  control::Actuation actuation{control::StablePd(falling(), {{.kp = 100, .kd = 20}})};
+  Hold controller;
+  Session session(world, actuation, controller, {});
+  sim::State start = falling()->initialState();
+  start.v.segment<6>(0) << 0.3, -0.2, 1, 0.5, 1, -0.7;
+  session.run(start, options);
+}
+
+TEST(Session, ADragMovesAndTurnsABodyInFlight) {
+  sim::World undisturbed(falling());
+  fall(undisturbed, {.horizon = 0.2});
+  const Drag drag{
+      .start = 0.2,
+      .by = {1, 2, 3},
+      .turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 2).normalized()).toRotationMatrix()};
+  sim::World dragged(falling());
+  fall(dragged, {.horizon = 0.201, .drags = {drag}});  // seen after one more step
+  const sim::Snapshot& a = undisturbed.snapshot();
+  const sim::Snapshot& b = dragged.snapshot();
+  const Eigen::Vector3d g(0, 0, -9.81);
+  EXPECT_NEAR((b.comVelocity() - a.comVelocity() - 1e-3 * g).norm(), 0, 1e-9);
+  EXPECT_NEAR((b.com() - a.com() - drag.by - 1e-3 * b.comVelocity()).norm(), 0, 1e-5);
+  EXPECT_NEAR((b.angularMomentum() - drag.turn * a.angularMomentum()).norm(), 0,
+              2e-3 * a.angularMomentum().norm());
+  const sim::BodyId root = falling()->root();
+  const Eigen::Matrix3d turned = b.bodyRotation(root) * a.bodyRotation(root).transpose();
+  EXPECT_NEAR((turned - drag.turn).norm(), 0, 5e-3);
+}
+
+TEST(Session, AShotMeetsTheCom) {
+  const sim::BodyId ball = falling()->body("ball");
+  // It gets there in 0.1 s, less what the two are thick.
+  const Shot shot{.body = ball, .start = 0.1, .velocity = {0, 12, -3}, .distance = 1.2};
+  const auto apart = [&](double horizon) {
+    sim::World world(falling());
+    fall(world, {.horizon = horizon, .shots = {shot}});
+    return (world.snapshot().bodyPosition(ball) - world.snapshot().com()).norm();
+  };
+  EXPECT_GT(apart(0.1), 5);
+  EXPECT_NEAR(apart(0.101), 1.2, 0.02);
+  EXPECT_LT(apart(0.18), 0.35);
+  EXPECT_NEAR(apart(0.14) - apart(0.16), 0.02 * 12.5, 0.02);  // straight at it
+}
+
+TEST(Session, ADragLeavesAPushGoing) {
+  const Push push{.body = falling()->root(), .force = {0, 9, 0}, .start = 0, .duration = 0.2};
+  const auto momentum = [&](const std::vector<Drag>& drags) {
+    sim::World world(falling());
+    fall(world, {.horizon = 0.3, .pushes = {push}, .drags = drags});
+    return world.snapshot().linearMomentum().y();
+  };
+  EXPECT_NEAR(momentum({{.start = 0.1, .by = {1, 0, 0}}}), momentum({}), 1e-6);
+}
+
 TEST(Session, EachCommandIsNewButForItsTarget) {
   // A controller that speaks once: its target stays, free of noise; its factors do not.
   class Once : public Controller {

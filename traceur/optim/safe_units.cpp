@@ -78,6 +78,11 @@ class InUnits : public Optimizer {
   }
   std::optional<Stop> stopped() const override { return inner_->stopped(); }
   std::optional<double> achieved() const override { return inner_->achieved(); }
+  std::optional<VectorXd> favourite() const override {
+    std::optional<VectorXd> x = inner_->favourite();
+    if (x) x = units_.intoBox(units_.outward(*x));
+    return x;
+  }
   std::optional<Family> family() const override {
     std::optional<Family> family = inner_->family();
     if (!family) return family;

@@ -132,6 +132,7 @@ RunFile::Meta toRows(const RunMeta& m) {
                      {"curve", s.curve},
                      {"experience", s.experience},
                      {"from", s.from},
+                     {"only", join(s.only)},
                      {"draws", fmt::format("{}", s.draws)}};
   if (m.skill) {
     rows.insert({{"verb", "learn"},
@@ -167,6 +168,7 @@ RunMeta metaOf(const RunFile& run) {
               .curve = rows.textOr("curve", ""),
               .experience = rows.textOr("experience", ""),
               .from = rows.textOr("from", ""),
+              .only = namesIn(rows.textOr("only", "")),
               .draws = run.meta("draws") ? rows.whole("draws") : 0};
   if (run.meta("skill_text")) {
     m.skill = {.name = rows.text("skill"),

@@ -32,6 +32,9 @@ struct SearchOptions {
   std::string curve = {};       ///< of a family: "linear" or "cubic"
   std::string experience = {};  ///< a run file whose failures teach the optimiser; "" for none
   std::string from = {};        ///< a run file where the search begins; "" for none
+  /// Of one task: the parameters that are searched, by name, "*" for any end; the others stay where
+  /// they begin. Empty: all.
+  std::vector<std::string> only = {};
   int draws = 0;  ///< drawn conditions that each trial is tried in; 0: the initial ones alone
 };
 

@@ -9,6 +9,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
+#include "traceur/optim/part.h"
 #include "traceur/practice/tasks.h"
 
 namespace traceur::practice {
@@ -47,6 +48,32 @@ std::vector<optim::Trial> experienceOf(const std::string& file, const optim::Pro
   return trials;
 }
 
+/// The indices of the parameters of these names.
+std::vector<int> namedBy(const std::vector<std::string>& only, const ParamSpecs& parameters) {
+  std::vector<std::string> names;
+  names.reserve(parameters.size());
+  for (const ParamSpec& p : parameters) names.push_back(p.name);
+  std::vector<bool> named(names.size());
+  for (const std::string& pattern : only) {
+    const bool any_end = pattern.ends_with('*');
+    const std::string_view beginning(pattern.data(), pattern.size() - (any_end ? 1 : 0));
+    bool found = false;
+    for (size_t i = 0; i < names.size(); ++i) {
+      if (any_end ? !names[i].starts_with(beginning) : names[i] != pattern) continue;
+      found = named[i] = true;
+    }
+    if (!found) {
+      throw InputError(fmt::format("only: no parameter named \"{}\".{} Known: {}", pattern,
+                                   didYouMean(pattern, names), join(names)));
+    }
+  }
+  std::vector<int> indices;
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (named[i]) indices.push_back(static_cast<int>(i));
+  }
+  return indices;
+}
+
 }  // namespace
 
 std::unique_ptr<optim::Optimizer> optimiserFor(const optim::Problem& problem, const VectorXd& x0,
@@ -70,7 +97,11 @@ std::unique_ptr<optim::Optimizer> optimiserFor(const optim::Problem& problem, co
     }
     common.experience = experienceOf(o.experience, problem);
   }
-  return entry.make(problem, common);
+  if (o.only.empty()) return entry.make(problem, common);
+  if (!o.experience.empty()) {
+    throw InputError("only: experience is of all parameters: expected one of the two");
+  }
+  return optim::inPart(problem, common, namedBy(o.only, problem.parameters()), entry.make);
 }
 
 optim::Summary search(Run& run, const optim::Problem& problem, optim::Optimizer& optimiser,

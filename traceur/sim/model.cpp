@@ -348,6 +348,13 @@ State Model::launched(State state, double height, const Vector3d& velocity,
   return state;
 }
 
+void Model::putFree(State& state, BodyId prop, const Vector3d& at, const Vector3d& velocity) const {
+  const int joint = model_->body_jntadr[prop.value];
+  assert(joint >= 0 && model_->jnt_type[joint] == mjJNT_FREE);
+  state.q.segment<7>(model_->jnt_qposadr[joint]) << at, 1, 0, 0, 0;
+  state.v.segment<6>(model_->jnt_dofadr[joint]) << velocity, Vector3d::Zero();
+}
+
 std::optional<BodyId> Model::bodyReachedInto(const State& state, double depth) const {
   mjData* d = mj_makeData(model_);
   Eigen::Map<VectorXd>(d->qpos, nq()) = state.q;

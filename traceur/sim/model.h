@@ -120,6 +120,9 @@ class Model {
   /// The same, moved as a rigid body that rises by `height` [m] and has the COM velocity [m/s] and
   /// the spin about the COM [rad/s], world axes. The robot floats.
   State launched(State state, double height, const Vector3d& velocity, const Vector3d& spin) const;
+  /// Puts a prop that floats elsewhere, with its origin there [m] and this velocity [m/s], not
+  /// turned and without spin.
+  void putFree(State& state, BodyId prop, const Vector3d& at, const Vector3d& velocity) const;
   /// The first body of the scene that the robot reaches into deeper than `depth` [m].
   std::optional<BodyId> bodyReachedInto(const State& state, double depth) const;
 

@@ -13,8 +13,11 @@
 #include <fstream>
 #include <limits>
 
+#include "traceur/core/error.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/sim/model.h"
+#include "traceur/sim/surface.h"
+#include "traceur/sim/world.h"
 
 namespace traceur::sim {
 namespace {
@@ -443,6 +446,41 @@ TEST(Scene, MassesAreScaledWithWhatTheyTurnWith) {
     }
   }
   EXPECT_NEAR(one->bodyMass({3}), 1000 * 8 * .1 * .2 * .3, 1e-9);
+}
+
+TEST(Surface, ThrowsBackAsItIsSaidTo) {
+  // A ball that comes down with 3 m/s: how deep it goes, and how fast up again.
+  const auto bounce = [](const std::string& name) {
+    Scene scene;
+    scene.ground_material = findSurface(name).material;
+    Prop ball;
+    ball.name = "ball";
+    ball.shape = Prop::Shape::kBall;
+    ball.size[0] = 0.1;
+    ball.mass = 10;
+    ball.position.z() = 0.1 + 9.0 / (2 * kGravity);
+    ball.material = scene.ground_material;
+    scene.props = {ball};
+    World world(Model::fromScene(scene));
+    world.reset(world.model().initialState());
+    double deepest = 0;
+    double fastest = 0;
+    for (int k = 0; k < 1500; ++k) {
+      world.step({});
+      deepest = std::max(deepest, 0.1 - world.snapshot().q()[2]);
+      fastest = std::max(fastest, world.snapshot().v()[2]);
+    }
+    return std::pair(deepest, fastest);
+  };
+  EXPECT_LT(bounce("floor").first, 0.02);
+  EXPECT_LT(bounce("floor").second, 0.5);
+  EXPECT_GT(bounce("gym").first, 2 * bounce("floor").first);
+  EXPECT_LT(bounce("gym").second, 0.5);
+  const auto trampoline = bounce("trampoline");
+  EXPECT_NEAR(trampoline.first, 0.3, 0.1);
+  EXPECT_NEAR(trampoline.second, 2.2, 0.3);
+  EXPECT_LT(findSurface("ice").material.friction, 0.1);
+  EXPECT_THROW(findSurface("ics"), InputError);
 }
 
 }  // namespace

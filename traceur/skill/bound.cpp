@@ -1,5 +1,6 @@
 #include "traceur/skill/bound.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace traceur::skill {
@@ -63,6 +64,7 @@ void BoundReach::solve(const sim::Snapshot& s, const VectorXd& wanted,
 BoundFlight::BoundFlight(const Flight& flight, const std::shared_ptr<const sim::Model>& model,
                          Places& places)
     : places_(&places),
+      root_(model->root()),
       gravity_(model->gravity()),
       planner_(model, flight.poses),
       somersault_(flight.somersault, places.in(Scope::kRunning)),
@@ -74,13 +76,20 @@ void BoundFlight::begin(const VectorXd& landing) {
   target_ = kNone;
 }
 
-/// Whether something else than gravity has moved the body since it was planned.
-bool BoundFlight::disturbed(const sim::Snapshot& s) const {
+/// Whether something else than gravity has moved the body since it was planned, or turned it since
+/// it was seen.
+bool BoundFlight::disturbed(const sim::Snapshot& s, double since) const {
   // More than integration errs by, less than a push that matters leaves [ours].
   static constexpr double kVelocity = 0.05;  // [m/s]
+  static constexpr double kPlace = 0.03;     // [m]
   static constexpr double kSpin = 0.03;      // about an axis with the trace of the inertia [rad/s]
-  const Vector3d expected = velocity_ - Vector3d(0, 0, gravity_ * (s.time() - planned_));
-  if ((s.comVelocity() - expected).norm() > kVelocity) return true;
+  static constexpr double kTurning = 25;     // faster than limbs turn the root [rad/s]
+  const double t = s.time() - planned_;
+  const Vector3d g(0, 0, gravity_);
+  if ((s.comVelocity() - (velocity_ - t * g)).norm() > kVelocity) return true;
+  if ((s.com() - (com_ + t * velocity_ - t * t / 2 * g)).norm() > kPlace) return true;
+  const sim::Matrix3d turn = turned_.transpose() * s.bodyRotation(root_);
+  if (Eigen::AngleAxisd(turn).angle() > kTurning * since) return true;
   return (s.angularMomentum() - momentum_).norm() > kSpin * planner_.landing().inertia.trace();
 }
 
@@ -96,6 +105,7 @@ void BoundFlight::plan(const sim::Snapshot& s, std::optional<int> only) {
       },
       std::isfinite(ground) ? ground : 0, only);
   planned_ = s.time();
+  com_ = s.com();
   velocity_ = s.comVelocity();
   momentum_ = s.angularMomentum();
 }
@@ -104,9 +114,11 @@ const VectorXd* BoundFlight::update(const sim::Snapshot& s) {
   static constexpr double kEps = 1e-9;
   const bool first = target_ == kNone;
   if (first || s.time() - seen_ >= kReplan - kEps) {
+    const bool meddled = !first && disturbed(s, s.time() - seen_);
     seen_ = s.time();
+    turned_ = s.bodyRotation(root_);
     const double left = plan_.touch_down.time - (s.time() - planned_);
-    if (first || disturbed(s) || (left > kSettle && s.time() - chosen_ >= kChoose - kEps)) {
+    if (first || meddled || (left > kSettle && s.time() - chosen_ >= kChoose - kEps)) {
       plan(s, {});
       chosen_ = s.time();
     } else if (left > kSettle) {

@@ -66,10 +66,11 @@ class BoundFlight {
   static constexpr double kSettle = 0.3;   ///< [s] [Ha2015, §3.4.1]
 
  private:
-  bool disturbed(const sim::Snapshot& s) const;
+  bool disturbed(const sim::Snapshot& s, double since) const;
   void plan(const sim::Snapshot& s, std::optional<int> only);
 
   Places* places_;
+  sim::BodyId root_;
   double gravity_;  // [m/s²]
   flight::FlightPlanner planner_;
   control::Expression somersault_, ground_;
@@ -78,8 +79,9 @@ class BoundFlight {
   double planned_ = 0;  // when [s]
   double chosen_ = 0;
   double seen_ = 0;
-  Vector3d velocity_, momentum_;  // when it was planned
-  int target_ = 0;                // a pose, -1 the landing's; kNone at first
+  Vector3d com_, velocity_, momentum_;  // when it was planned
+  sim::Matrix3d turned_;                // the root's, when it was seen
+  int target_ = 0;                      // a pose, -1 the landing's; kNone at first
   static constexpr int kNone = -2;
 };
 

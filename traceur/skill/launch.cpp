@@ -11,7 +11,8 @@ LaunchState::LaunchState(const Skill& skill, Places& places)
       height_(skill.launch->height, places.in(Scope::kSetup)),
       velocity_(skill.launch->velocity, places.in(Scope::kSetup)),
       spin_(skill.launch->spin, places.in(Scope::kSetup)),
-      lands_(maybeBound(skill.launch->lands, places.in(Scope::kSetup))) {
+      lands_(maybeBound(skill.launch->lands, places.in(Scope::kSetup))),
+      ground_(skill.launch->ground, places.in(Scope::kSetup)) {
   const std::string* const angles[] = {&skill.launch->roll, &skill.launch->pitch,
                                        &skill.launch->yaw};
   for (int i = 0; i < 3; ++i) {
@@ -41,8 +42,8 @@ double LaunchState::landing(const sim::State& state, double wanted) {
   const double low = world_.snapshot().com().z();
   world_.place(state);
   const sim::Snapshot& s = world_.snapshot();
-  const double time =
-      flight::fallTime(s.com().z() - low, velocity_.value().z(), skill_->model->gravity());
+  const double time = flight::fallTime(s.com().z() - ground_.value() - low, velocity_.value().z(),
+                                       skill_->model->gravity());
   const sim::Matrix3d R = s.bodyRotation(skill_->model->root());
   const sim::Matrix3d inertia = R.transpose() * s.inertia() * R;
   const Vector3d momentum = s.inertia() * spin_.value();

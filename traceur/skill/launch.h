@@ -27,6 +27,7 @@ class LaunchState {
   BoundVector velocity_, spin_;
   std::optional<control::Expression> angles_[3];
   std::optional<control::Expression> lands_;
+  control::Expression ground_;
 };
 
 }  // namespace traceur::skill

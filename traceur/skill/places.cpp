@@ -31,9 +31,11 @@ Places::Places(const Skill& skill)
   const std::vector<std::string> stages = skill.stageNames();
   in_stage.resize(stages.size());
   ended_stage.resize(stages.size());
+  entered_stage.resize(stages.size());
   for (size_t i = 0; i < stages.size(); ++i) {
     stages_["in." + stages[i]] = &in_stage[i];
     stages_["ended." + stages[i]] = &ended_stage[i];
+    stages_["entered." + stages[i]] = &entered_stage[i];
   }
   bound_.reserve(skill.values.size());
   for (const Value& v : skill.values) {  // each names only those before it
@@ -69,6 +71,7 @@ void Places::forget() {
   std::fill(failed.begin(), failed.end(), 0.0);
   std::fill(in_stage.begin(), in_stage.end(), 0.0);
   std::fill(ended_stage.begin(), ended_stage.end(), 0.0);
+  std::fill(entered_stage.begin(), entered_stage.end(), 0.0);
   signals.begin();
   for (size_t i = 0; i < parts.size(); ++i) {
     parts[i]->forget();

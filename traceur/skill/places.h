@@ -44,8 +44,8 @@ class Places {
   std::vector<double> measures;  ///< by Skill::measures
   std::vector<double> failed;    ///< by Skill::failures: 0 or 1
   control::Signals signals;
-  std::vector<double> in_stage,
-      ended_stage;  ///< by Skill::stageNames: whether it lasts; whether it ended now
+  /// By Skill::stageNames: whether it lasts; whether it ended now; how often it has begun.
+  std::vector<double> in_stage, ended_stage, entered_stage;
   double cost = 0;  ///< of a part, once it was begun and is over; else what Part::otherwise says
   /// By Skill::parts, what their verdicts may be asked of.
   std::vector<Places*> parts;
@@ -68,7 +68,7 @@ class Places {
 
   const Skill* skill_;
   std::vector<control::Expression> bound_;       // by Skill::values
-  std::map<std::string, const double*> stages_;  // in.NAME, ended.NAME
+  std::map<std::string, const double*> stages_;  // in.NAME, ended.NAME, entered.NAME
 };
 
 }  // namespace traceur::skill

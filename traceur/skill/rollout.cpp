@@ -56,6 +56,7 @@ struct Runner::Impl {
   bool joint_forces = false;  // somebody else reads them
   std::optional<LaunchState> launch;
   std::vector<Push> pushes;
+  Meddling meddling;                    // besides them
   motion::Ending after;                 // where the skill that comes before this one ended
   std::optional<sim::State> elsewhere;  // where trials begin instead
 
@@ -140,7 +141,7 @@ struct Runner::Impl {
   }
 
   std::vector<motion::Push> pushesNow() const {
-    std::vector<motion::Push> now;
+    std::vector<motion::Push> now = meddling.pushes;
     for (const Push& p : pushes) {
       now.push_back({.body = p.term->body,
                      .force = p.force.value(),
@@ -173,6 +174,8 @@ struct Runner::Impl {
     const Disturbance& d = skill->disturbance;
     const motion::TrialOptions options{.horizon = skill->horizon,
                                        .pushes = pushesNow(),
+                                       .drags = meddling.drags,
+                                       .shots = meddling.shots,
                                        .delay = d.delay,
                                        .encoder_noise = d.encoder_noise,
                                        .velocity_noise = d.velocity_noise,
@@ -248,6 +251,10 @@ sim::State Runner::start(const VectorXd& parameters, double task) {
 
 void Runner::beginsAt(const std::optional<sim::State>& start) {
   impl_->elsewhere = start;
+}
+
+void Runner::meddledWith(const Meddling& how) {
+  impl_->meddling = how;
 }
 
 double Runner::costOf(double task) {

@@ -34,6 +34,13 @@ struct Rollout {
 /// The robot's controller with what the skill changes in it.
 control::StablePd controllerOf(const Skill& skill);
 
+/// What happens to a robot in a trial.
+struct Meddling {
+  std::vector<motion::Push> pushes = {};
+  std::vector<motion::Drag> drags = {};
+  std::vector<motion::Shot> shots = {};
+};
+
 /// One thread's workspace for rollouts of one skill; made once, used for many.
 class Runner {
  public:
@@ -58,6 +65,8 @@ class Runner {
   sim::State start(const VectorXd& parameters, double task);
   /// Where the trials to come begin instead; nothing: where the skill says.
   void beginsAt(const std::optional<sim::State>& start);
+  /// What else happens to the robot in the trials to come, besides the skill's pushes.
+  void meddledWith(const Meddling& how);
   /// Runs the skill. Equal arguments and conditions give equal bits in any Runner on any thread.
   /// @param parameters  (n), in the order and units of Skill::parameters
   /// @param recording   filled every kInterval when given

@@ -187,9 +187,10 @@ struct Launch {
   VectorText velocity;           ///< of the COM, world axes [m/s]
   VectorText spin;               ///< about the COM, world axes [rad/s]
   std::string roll, pitch, yaw;  ///< of the root; empty: the pose's [rad]
-  /// The somersault of the root with which it would meet z = 0 if it stayed rigid; the pitch is
-  /// what comes to it. Empty: pitch says.
+  /// The somersault of the root with which it would meet the surface if it stayed rigid; the pitch
+  /// is what comes to it. Empty: pitch says.
   std::string lands;
+  std::string ground = "0";  ///< height of that surface [m]
 };
 
 struct Skill;
@@ -205,13 +206,15 @@ struct Part {
   double otherwise = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// How a robot and its ground may differ from their model, to know what a skill withstands before
-/// it meets them.
+/// How a robot and what is around it may differ from their model, to know what a skill withstands
+/// before it meets them.
 struct Disturbance {
-  double mass = 1;                   ///< factor on every mass and inertia of the robot
-  std::optional<double> friction;    ///< of the ground, in place of the skill's
-  std::optional<double> compliance;  ///< of the ground, in place of the skill's [s]
-  std::optional<double> time_step;   ///< of the simulation, in place of the skill's [s]
+  double mass = 1;                      ///< factor on every mass and inertia of the robot
+  std::optional<double> friction;       ///< of the ground, in place of the skill's
+  std::optional<double> compliance;     ///< of the ground, in place of the skill's [s]
+  std::optional<double> damping_ratio;  ///< of the ground, in place of the skill's
+  std::vector<sim::Prop> props;         ///< besides the skill's
+  std::optional<double> time_step;      ///< of the simulation, in place of the skill's [s]
   double delay = 0;           ///< from a state to the torque that answers it [s], whole steps
   double encoder_noise = 0;   ///< of the angles PD control reads, standard deviation [rad]
   double velocity_noise = 0;  ///< of the com_velocity that feedback reads [m/s]

@@ -108,6 +108,7 @@ void SkillController::enter(int phase, const motion::Moment& m) {
   places_->in_stage[phase_] = 0;
   phase_ = phase;
   places_->in_stage[phase_] = 1;
+  ++places_->entered_stage[phase_];
   entered_step_ = m.step;
   places_->phase_time = 0;
   places_->follow();

@@ -194,6 +194,9 @@ class SkillReader {
         skill_.disturbance.friction.value_or(scene.ground_material.friction);
     scene.ground_material.compliance =
         skill_.disturbance.compliance.value_or(scene.ground_material.compliance);
+    scene.ground_material.damping_ratio =
+        skill_.disturbance.damping_ratio.value_or(scene.ground_material.damping_ratio);
+    for (const sim::Prop& p : skill_.disturbance.props) scene.props.push_back(p);
     limit(s, "props", rows.size());
     s.finish();
     const std::string robot = top.string("robot");
@@ -298,7 +301,7 @@ class SkillReader {
   void readLaunch(const TomlReader& start, const sim::Pose& pose) {
     bool any = false;
     for (const char* key :
-         {"height", "com_height", "velocity", "spin", "roll", "pitch", "yaw", "lands"}) {
+         {"height", "com_height", "velocity", "spin", "roll", "pitch", "yaw", "lands", "ground"}) {
       if (!start.has(key)) continue;
       any = true;
       if (skill_.model->rootDofs() != 6) {
@@ -324,6 +327,10 @@ class SkillReader {
     l.pitch = words_.expression(start, "pitch", "", Scope::kSetup);
     l.yaw = words_.expression(start, "yaw", "", Scope::kSetup);
     l.lands = words_.expression(start, "lands", "", Scope::kSetup);
+    l.ground = words_.expression(start, "ground", "0", Scope::kSetup);
+    if (start.has("ground") && l.lands.empty()) {
+      start.fail("ground", "expected \"lands\" too, for which it is the height of the surface");
+    }
     if (!l.lands.empty() && !l.pitch.empty()) {
       start.fail("lands", "expected one of \"pitch\" and \"lands\", which chooses it");
     }
@@ -347,7 +354,13 @@ class SkillReader {
   /// A robot begins beside things, not in them.
   void refuseInside(const char* where) {
     static constexpr double kDepth = 1e-3;  // of a robot's own geometry set on z = 0: none [ours]
-    if (const auto in = skill_.model->bodyReachedInto(skill_.start, kDepth)) {
+    const auto in = skill_.model->bodyReachedInto(skill_.start, kDepth);
+    // What is put beside the skill's own things, a caller has other starts for.
+    const std::vector<sim::Prop>& beside = skill_.disturbance.props;
+    const bool known = in && std::none_of(beside.begin(), beside.end(), [&](const sim::Prop& p) {
+                         return p.name == skill_.model->bodyName(*in);
+                       });
+    if (known) {
       diagnostics_.add(0, 0,
                        fmt::format("{}: the robot begins inside \"{}\": expected it "
                                    "beside or above, its lowest point is on z = 0",

@@ -140,9 +140,12 @@ void SkillSequence::showStage(const motion::Moment& m) {
   stage_ = phase();
   entered_ = m.step;
   places_->phase_time = 0;
+  const bool next_part = places_->in_stage[parts_at + part_] == 0;
   std::fill(places_->in_stage.begin(), places_->in_stage.end(), 0.0);
   places_->in_stage[stage_] = 1;
   places_->in_stage[parts_at + part_] = 1;
+  ++places_->entered_stage[stage_];
+  if (next_part) ++places_->entered_stage[parts_at + part_];
 }
 
 void SkillSequence::command(const motion::Moment& m, motion::Senses& senses, control::Command& c) {

@@ -1025,6 +1025,13 @@ TEST(Rollout, ADisturbanceIsWhatItSays) {
   slippery.friction = 0.25;
   EXPECT_NE(with(slippery)->model->mjcf().find("friction=\"0.25 "), std::string::npos);
 
+  Disturbance bouncing;
+  bouncing.damping_ratio = 0.125;
+  EXPECT_NE(with(bouncing)->model->mjcf().find("0.125"), std::string::npos);
+  Disturbance beside;
+  beside.props.push_back({.name = "crate", .position = {3, 0, 0.2}});
+  EXPECT_GE(with(beside)->model->body("crate").value, 0);
+
   const VectorXd x = plain->initialParameters();
   const auto hash = [&](const Disturbance& d) { return Runner(with(d)).run(x, 0.05).hash; };
   const std::uint64_t undisturbed = Runner(plain).run(x, 0.05).hash;

@@ -177,6 +177,14 @@ lands = 0.3)"));
   EXPECT_NEAR(measured(r, *skill, "first"), 0.3 - 1.5 * 0.435, 0.05);
   EXPECT_NE(mistakes(standing(1, "", "", "", "lands = 0.3\npitch = 1")).find("expected one of"),
             std::string::npos);
+  // On a surface that is higher it has less time to turn.
+  const auto higher = fromText(standing(
+      0.1, "", "[measures]\nfirst = { of = \"somersault.root\", take = \"first\" }",
+      "stiffness = 3",
+      "height = 0.5\nvelocity = [0, 0, 0]\nspin = [0, 1.5, 0]\nlands = 0.3\nground = 0.3"));
+  EXPECT_NEAR(measured(run(higher), *higher, "first"), 0.3 - 1.5 * std::sqrt(0.4 / 9.81), 0.03);
+  EXPECT_NE(mistakes(standing(1, "", "", "", "ground = 1")).find("expected \"lands\" too"),
+            std::string::npos);
 }
 
 TEST(SkillWords, AFlightArrivesAsItIsToldTo) {
@@ -425,6 +433,23 @@ when = "ended.one && com.z < 1")_"));
   const Rollout failed = run(failing);
   EXPECT_EQ(failed.ended, "late");
   EXPECT_NEAR(failed.time, 0.1, 1e-9);
+}
+
+TEST(SkillWords, APhaseKnowsHowOftenItHasBegun) {
+  const auto skill = fromText(standing(1, "", R"_(until = "phase_time >= 0.05"
+[[phase.exit]]
+when = "entered.one < 3 && phase_time >= 0.05"
+then = "one"
+[measures]
+one = { of = "entered.one", take = "last" }
+two = { of = "entered.two", take = "max" }
+at_first = { of = "entered.one + 10 * entered.two", take = "first" }
+last = { of = "time", take = "last", when = "ended.two" })_"));
+  const Rollout r = run(skill);
+  EXPECT_EQ(measured(r, *skill, "one"), 3);
+  EXPECT_EQ(measured(r, *skill, "two"), 3);
+  EXPECT_EQ(measured(r, *skill, "at_first"), 1);
+  EXPECT_NEAR(measured(r, *skill, "last"), 3 * 0.15, 1e-9);
 }
 
 TEST(SkillWords, APushIsAForceForAWhile) {

@@ -232,6 +232,7 @@ void Words::stagesKnown() {
   for (const std::string& stage : skill_->stageNames()) {
     stages_.insert("in." + stage);
     stages_.insert("ended." + stage);
+    stages_.insert("entered." + stage);
   }
 }
 
