@@ -164,6 +164,8 @@ Json toJson(const Fall& f) {
           {"stood", time(v.stood)},
           {"touch_down_speed", v.touch_down_speed},
           {"touch_down_somersault", v.touch_down_somersault},
+          {"touch_down_forward", v.touch_down_forward},
+          {"touch_down_spin", v.touch_down_spin},
           {"head_force", v.head_force},
           {"ended", f.rollout.ended},
           {"time", f.rollout.time},
@@ -356,7 +358,7 @@ int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
   return kDone;
 }
 
-/// The box that it comes down on: the middle of its roof is where the COM would meet it.
+/// The box that it comes down on, a quarter of its length from its hind edge.
 sim::Prop boxUnder(const Arguments& a, const Told& box) {
   const double height = a.height.value_or(0);
   const double forward = a.velocity.empty() ? 0 : a.velocity[0];
@@ -365,7 +367,7 @@ sim::Prop boxUnder(const Arguments& a, const Told& box) {
   sim::Prop prop;
   prop.name = kBox;
   prop.size = {box["length"] / 2, box["width"] / 2, box["height"] / 2};
-  prop.position = {forward * time, 0, box["height"] / 2};
+  prop.position = {forward * time + box["length"] / 4, 0, box["height"] / 2};
   return prop;
 }
 

@@ -137,7 +137,7 @@ render::Figure mapsOf(const Results& results) {
       for (size_t k = 0; k < sum.size(); ++k) {
         const auto [j, i] = std::div(static_cast<int>(k), t.map.count);
         squares.x.push_back(t.map.low + (i + 0.5) * side);
-        squares.y.push_back(t.map.low + (j + 0.5) * side);
+        squares.y.push_back(t.map.low + t.map.y_offset + (j + 0.5) * side);
         squares.share.push_back(sum[k] / runs);
       }
       panel.series.push_back(std::move(squares));

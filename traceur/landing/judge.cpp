@@ -81,6 +81,10 @@ void Judge::look(const motion::Moment& m) {
     verdict_.touch_down = m.time;
     verdict_.touch_down_speed = -m.s.comVelocity().z();
     verdict_.touch_down_somersault = somersault_;
+    verdict_.touch_down_tilt = sim::Turn::of(m.s.bodyRotation(model_->root())).tilt;
+    const sim::Vector3d heading = m.s.heading();
+    verdict_.touch_down_forward = m.s.comVelocity().dot(heading);
+    verdict_.touch_down_spin = m.s.spin().dot(sim::Vector3d::UnitZ().cross(heading));
   }
   if (!verdict_.touch_down) return;
   addStress(m);

@@ -27,6 +27,9 @@ struct Verdict {
   double head_force = 0;                  ///< largest on the head [N]
   double touch_down_speed = 0;            ///< of the COM, downwards, as it touched [m/s]
   double touch_down_somersault = 0;       ///< of the root then, in [-1.5, 2π - 1.5) [rad]
+  double touch_down_tilt = 0;             ///< of the root [rad]
+  double touch_down_forward = 0;          ///< velocity of the COM then, where it is headed [m/s]
+  double touch_down_spin = 0;             ///< of the body about its left [rad/s]
   /// By body: the largest force that its joint with its parent bore since touch-down, as a mean
   /// over kStressWindow [Ha2015, §3.6.1] [N]
   VectorXd stress = {};

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "traceur/core/error.h"
+#include "traceur/core/random.h"
+#include "traceur/landing/condition.h"
 #include "traceur/landing/falls.h"
 #include "traceur/landing/stress.h"
 
@@ -150,6 +152,38 @@ TEST(Landing, OfThePersonRollsAndStands) {
     EXPECT_TRUE(f.verdict.stands_later) << f.rollout.ended;
     EXPECT_LT(*f.verdict.rolled, *f.verdict.stood);
   }
+}
+
+TEST(LandingCondition, FindsThePlanesThatItWasDrawnFrom) {
+  const Plane middle{-0.02, -0.1, 0.05, 0.4};
+  std::vector<Fall> falls;
+  for (std::uint64_t k = 0; k < 4000; ++k) {
+    Random random(3, k);
+    Fall f;
+    Verdict& v = f.verdict;
+    v.touch_down = 0.5;
+    v.touch_down_speed = random.uniform(4, 9);
+    v.touch_down_forward = random.uniform(0, 5);
+    v.touch_down_spin = random.uniform(-1, 3);
+    const double off = random.uniform(-1, 1);
+    v.touch_down_somersault =
+        middle.at(-v.touch_down_speed, v.touch_down_forward, v.touch_down_spin) + off;
+    const double width = 0.2 + 0.05 * v.touch_down_forward;  // more room the faster it goes
+    if (std::abs(off) < width) v.rolled = v.stood = 1;
+    falls.push_back(f);
+  }
+  const LandingCondition learned = learnCondition(falls);
+  // A tenth of the successes are outside on each side, where they are as many everywhere.
+  const auto expect = [&](const Plane& plane, double sign) {
+    EXPECT_NEAR(plane.up, middle.up, 0.02);
+    EXPECT_NEAR(plane.forward, middle.forward + sign * 0.8 * 0.05, 0.01);
+    EXPECT_NEAR(plane.spin, middle.spin, 0.02);
+    EXPECT_NEAR(plane.at(-6, 2, 1), middle.at(-6, 2, 1) + sign * 0.8 * 0.3, 0.02);
+  };
+  expect(learned.least, -1);
+  expect(learned.most, 1);
+  EXPECT_NEAR(learned.wanted().forward, middle.forward, 0.005);
+  EXPECT_THROW(learnCondition(std::span(falls).first(20)), InputError);
 }
 
 TEST(Stress, KnowsAPersonsJoints) {

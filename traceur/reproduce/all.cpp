@@ -4,6 +4,7 @@
 #include "traceur/reproduce/constrained_anchors.h"
 #include "traceur/reproduce/falls.h"
 #include "traceur/reproduce/figure_42.h"
+#include "traceur/reproduce/landing.h"
 #include "traceur/reproduce/skill_families.h"
 #include "traceur/reproduce/table.h"
 #include "traceur/reproduce/table_11.h"
@@ -151,6 +152,12 @@ const std::vector<Table>& allTables() {
       fallRobustness(),
       figure22(),
       randomFalls(),
+      table2(),
+      figure17(),
+      landingCondition(),
+      landingFlight(),
+      landingLean(),
+      landingAtlas(),
   };
   return kAll;
 }

@@ -86,8 +86,9 @@ enum class Drawn {
 
 /// Squares in rows from the lowest left one, x = j·count + i.
 struct Map {
-  int count = 0;  ///< each way
-  double low = 0, high = 0;
+  int count = 0;             ///< each way
+  double low = 0, high = 0;  ///< of x
+  double y_offset = 0;       ///< y goes from low + y_offset to high + y_offset
   std::string xlabel, ylabel;
 };
 

@@ -491,11 +491,11 @@ TEST(Tables, CopyWhatIsPrinted) {
     if (const double sum = printedSum(t); sum != 0) sums[t.name] = sum;
   }
   const std::map<std::string, double> expected = {
-      {"figure-22", 90.16952},  {"figure-32", 717519.6826}, {"figure-33", 130207.4132},
-      {"figure-34", 2.3706476}, {"figure-41", 4390110.44},  {"table-11", 112770.5658},
-      {"table-13", 468.50109},  {"table-3", 6.605641},      {"table-4", 3471.151},
-      {"table-7", 8164.152},    {"table-8", 6837.096},      {"table-9", 22326.688},
-      {"tables-7-9", 35090.712}};
+      {"figure-17", 466.718},     {"landing-condition", 0.3623}, {"figure-22", 90.16952},
+      {"figure-32", 717519.6826}, {"figure-33", 130207.4132},    {"figure-34", 2.3706476},
+      {"figure-41", 4390110.44},  {"table-11", 112770.5658},     {"table-13", 468.50109},
+      {"table-3", 6.605641},      {"table-4", 3471.151},         {"table-7", 8164.152},
+      {"table-8", 6837.096},      {"table-9", 22326.688},        {"tables-7-9", 35090.712}};
   for (const auto& [name, sum] : sums) {
     const auto known = expected.find(name);
     EXPECT_NEAR(sum, known == expected.end() ? 0 : known->second, 1e-9 * std::abs(sum)) << name;
@@ -563,7 +563,13 @@ TEST(Tables, AreToldAsTheyAre) {
       {"table-4", Center::kMean, "", 3, 9},
       {"fall-robustness", Center::kMean, "", 3, 9},
       {"figure-22", Center::kMean, "x:y", 1, 9},
-      {"random-falls", Center::kMedian, "push:share", 10, 100, Drawn::kNothing}};
+      {"random-falls", Center::kMedian, "push:share", 10, 100, Drawn::kNothing},
+      {"table-2", Center::kMean, "", 1, 1},
+      {"figure-17", Center::kMedian, "", 20, 100},
+      {"landing-condition", Center::kMean, "", 1, 3},
+      {"landing-flight", Center::kMedian, "", 20, 100},
+      {"landing-lean", Center::kMean, "", 20, 100},
+      {"landing-atlas", Center::kMean, "square:stands", 4, 100, Drawn::kMap}};
   ASSERT_EQ(allTables().size(), kinds.size());
   const auto worded = [](const Table& t) {
     EXPECT_EQ(t.title.back(), '.') << t.title;
@@ -594,7 +600,9 @@ TEST(Tables, AreToldAsTheyAre) {
     const bool of_skills = t.name == "families" || t.name.starts_with("figure-3");
     const bool of_falls = t.name.find("fall") != std::string::npos || t.name == "table-3" ||
                           t.name == "table-4" || t.name == "figure-22";
-    EXPECT_EQ(static_cast<bool>(t.made_with), of_skills || of_falls) << t.name;
+    const bool of_landings =
+        t.name == "table-2" || t.name == "figure-17" || t.name.starts_with("landing-");
+    EXPECT_EQ(static_cast<bool>(t.made_with), of_skills || of_falls || of_landings) << t.name;
   }
 }
 

@@ -2,9 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 namespace traceur::skill {
 namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
 
 std::optional<double> valueOf(const std::optional<control::Expression>& e) {
   if (!e) return std::nullopt;
@@ -68,7 +71,8 @@ BoundFlight::BoundFlight(const Flight& flight, const std::shared_ptr<const sim::
       gravity_(model->gravity()),
       planner_(model, flight.poses),
       somersault_(flight.somersault, places.in(Scope::kRunning)),
-      ground_(flight.ground, places.in(Scope::kRunning)) {}
+      ground_(flight.ground, places.in(Scope::kRunning)),
+      counting_(places.in(Scope::kRunning)("somersault.root")) {}
 
 void BoundFlight::begin(const VectorXd& landing) {
   landing_ = landing;
@@ -110,6 +114,13 @@ void BoundFlight::plan(const sim::Snapshot& s, std::optional<int> only) {
   momentum_ = s.angularMomentum();
 }
 
+/// The touch-down with its somersault counted on from that of now, to the nearest.
+flight::TouchDown BoundFlight::counted() const {
+  flight::TouchDown t = plan_.touch_down;
+  t.turn.somersault = *counting_ + std::remainder(t.turn.somersault - *counting_, kTurn);
+  return t;
+}
+
 const VectorXd* BoundFlight::update(const sim::Snapshot& s) {
   static constexpr double kEps = 1e-9;
   const bool first = target_ == kNone;
@@ -126,7 +137,7 @@ const VectorXd* BoundFlight::update(const sim::Snapshot& s) {
     }
   }
   const double since = s.time() - planned_;
-  places_->foresee(plan_.touch_down);
+  places_->foresee(counted());
   places_->touch_down[0] = std::max(0.0, plan_.touch_down.time - since);
   if (places_->values_foresee) places_->follow();
   const int target = plan_.pose >= 0 && since < plan_.hold - kEps ? plan_.pose : -1;

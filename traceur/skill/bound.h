@@ -68,12 +68,14 @@ class BoundFlight {
  private:
   bool disturbed(const sim::Snapshot& s, double since) const;
   void plan(const sim::Snapshot& s, std::optional<int> only);
+  flight::TouchDown counted() const;
 
   Places* places_;
   sim::BodyId root_;
   double gravity_;  // [m/s²]
   flight::FlightPlanner planner_;
   control::Expression somersault_, ground_;
+  const double* counting_;  // the root's somersault, counted on
   VectorXd landing_;
   flight::FlightPlan plan_;
   double planned_ = 0;  // when [s]

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "traceur/control/expression.h"
@@ -612,7 +613,12 @@ class SkillReader {
     } else if (skill_.model->rootDofs() != 6) {
       row.fail("somersault", "[phase.flight]: the robot is fixed to the world: it does not fly");
     } else if (poses > 0) {
-      flight.poses = flight::unlikePoses(skill_.model, from, static_cast<int>(poses));
+      // Drawing them takes long; a skill's flights mostly choose from the same.
+      auto& drawn = flight_poses_[{static_cast<int>(poses), {from.begin(), from.end()}}];
+      if (drawn.empty()) {
+        drawn = flight::unlikePoses(skill_.model, from, static_cast<int>(poses));
+      }
+      flight.poses = drawn;
     }
     return flight;
   }
@@ -835,6 +841,7 @@ class SkillReader {
   Diagnostics diagnostics_;
   Skill skill_;
   Words words_;
+  std::map<std::pair<int, std::vector<double>>, std::vector<flight::FlightPose>> flight_poses_;
 };
 
 }  // namespace
