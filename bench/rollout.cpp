@@ -3,16 +3,13 @@
 // torques; two threads against one; props at rest against none.
 //
 //     build/release/bench/bench_rollout [SKILL.toml ...]        default: jump, kick and walk
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <string>
 #include <vector>
 
+#include "bench/bare.h"
 #include "traceur/core/random.h"
 #include "traceur/core/thread_pool.h"
 #include "traceur/core/toml.h"
@@ -23,45 +20,9 @@
 namespace {
 
 using namespace traceur;
+using namespace traceur::bench;
 
 constexpr int kPairs = 15;
-
-double cpuSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-double wallSeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double median(std::vector<double> x) {
-  std::sort(x.begin(), x.end());
-  return x[x.size() / 2];
-}
-
-void print(const char* what, const std::vector<double>& ratios) {
-  const auto [low, high] = std::minmax_element(ratios.begin(), ratios.end());
-  std::printf("%-58s median %.3f  (%.3f to %.3f, %zu pairs)\n", what, median(ratios), *low, *high,
-              ratios.size());
-}
-
-/// The torques of one trial, a row for each step, as the bare loop will apply them.
-std::vector<double> torquesOf(const skill::Skill& s, const skill::Rollout& r,
-                              const sim::Recording& recording) {
-  const int nu = s.model->nu();
-  const int steps = static_cast<int>(std::lround(r.time / s.model->timeStep()));
-  std::vector<double> out;
-  for (int i = 0; i < steps; ++i) {
-    const size_t frame =
-        std::min(recording.frames.size() - 1,
-                 static_cast<size_t>(i * s.model->timeStep() / skill::Runner::kInterval));
-    const auto& tau = recording.frames[frame].torque;
-    out.insert(out.end(), tau.data(), tau.data() + nu);
-  }
-  return out;
-}
 
 void measure(const std::string& file) {
   const auto skill = skill::Skill::fromFile(file);
@@ -69,7 +30,6 @@ void measure(const std::string& file) {
   const Eigen::VectorXd x = skill->initialParameters();
   sim::Recording recording;
   const skill::Rollout once = runner.run(x, skill->task.initial, &recording);
-  const std::vector<double> torques = torquesOf(*skill, once, recording);
   const mjModel* m = skill->model->raw();
   mjData* d = mj_makeData(m);
 
@@ -77,23 +37,8 @@ void measure(const std::string& file) {
               static_cast<int>(std::lround(once.time / m->opt.timestep)), m->opt.timestep);
   std::vector<double> loop;
   for (int pair = 0; pair < kPairs; ++pair) {
-    // The bare loop repeats the recorded states' torques; held over 10 ms they make another motion,
-    // so each frame's state is set afresh and the loop sees the same contacts as the rollout.
-    double t = cpuSeconds();
-    const size_t per_frame =
-        static_cast<size_t>(std::lround(skill::Runner::kInterval / m->opt.timestep));
-    size_t steps = 0;
-    for (size_t f = 0; f + 1 < recording.frames.size(); ++f) {
-      const sim::State& s = recording.frames[f].state;
-      std::copy(s.q.data(), s.q.data() + m->nq, d->qpos);
-      std::copy(s.v.data(), s.v.data() + m->nv, d->qvel);
-      for (size_t k = 0; k < per_frame; ++k, ++steps) {
-        std::copy_n(torques.data() + steps * m->nu, m->nu, d->ctrl);
-        mj_step(m, d);
-      }
-    }
-    const double bare = (cpuSeconds() - t) / static_cast<double>(steps);
-    t = cpuSeconds();
+    const double bare = bareStep(m, d, recording, skill::Runner::kInterval);
+    const double t = cpuSeconds();
     const skill::Rollout r = runner.run(x, skill->task.initial);
     const double whole = (cpuSeconds() - t) / (r.time / m->opt.timestep);
     loop.push_back(bare / whole);
