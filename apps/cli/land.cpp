@@ -11,6 +11,7 @@
 #include "apps/cli/output.h"
 #include "apps/cli/performance.h"
 #include "apps/cli/pictures.h"
+#include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
@@ -265,24 +266,32 @@ void tellStress(const sim::Model& model, const std::vector<Fall>& falls,
   }
 }
 
-int many(const Arguments& a, const Way& start, const Way& way, const Way& limp) {
+int many(const Arguments& a, const Way& start, const Way& way, const Way& limp,
+         Interrupt& interrupt) {
   const Skill& skill = *start.skill;
   const landing::FallSet& set = landing::findFallSet(a.set);
   auto conditions = landing::drawFalls(skill, set, a.falls, a.seed);
   for (Eigen::VectorXd& x : conditions) meetWith(a, skill, x);
+  ProgressLine line("falls", (a.stress ? 2.0 : 1.0) * a.falls, 0, a.json);
+  int done = 0;
+  const landing::Execution how{.threads = a.threads, .stop = interrupt.token(), .on_done = [&] {
+                                 line.update(++done, "", "falls");
+                               }};
   std::vector<Fall> falls;
   if (way.skill == start.skill) {
-    falls = landing::fallAll(start, conditions, a.threads);
+    falls = landing::fallAll(start, conditions, how);
   } else {  // limp
     landing::Faller faller(start);
     std::vector<sim::State> starts;
     starts.reserve(conditions.size());
     for (const Eigen::VectorXd& x : conditions) starts.push_back(faller.start(x));
     const std::vector<Eigen::VectorXd> initial(starts.size());
-    falls = landing::fallAll(way, initial, a.threads, starts);
+    falls = landing::fallAll(way, initial, how, starts);
   }
   std::vector<Fall> limply;
-  if (a.stress) limply = landing::fallAgain(limp, falls, a.threads);
+  if (a.stress) limply = landing::fallAgain(limp, falls, how);
+  line.finish();
+  if (interrupt.token().stop_requested()) return kInterrupted;
   Json rows = Json::array();
   Share rolled, stands, safe, later;
   for (size_t k = 0; k < falls.size(); ++k) {
@@ -456,7 +465,8 @@ int land(const Arguments& a) {
   const bool limp = a.strategy == "ragdoll";
   const Way ragdoll = limp || a.stress ? wayOf(a, kLimp) : Way{};
   const Way& way = limp ? ragdoll : landing;
-  return a.falls > 0 ? many(a, landing, way, ragdoll) : one(a, landing, way, ragdoll, interrupt);
+  return a.falls > 0 ? many(a, landing, way, ragdoll, interrupt)
+                     : one(a, landing, way, ragdoll, interrupt);
 }
 
 }  // namespace

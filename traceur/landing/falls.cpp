@@ -106,13 +106,14 @@ sim::State Faller::start(const VectorXd& conditions) {
   return runner_.start(way_.parameters, way_.skill->task.initial);
 }
 
-std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions, int threads,
-                          std::span<const sim::State> starts) {
+std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions,
+                          const Execution& how, std::span<const sim::State> starts) {
   std::vector<Fall> falls(conditions.size());
-  ThreadPool pool(threads);
+  ThreadPool pool(how.threads);
   std::mutex mutex;
   std::vector<std::unique_ptr<Faller>> idle;
   pool.forEach(static_cast<int>(conditions.size()), [&](int n) {
+    if (how.stop.stop_requested()) return;
     const auto k = static_cast<size_t>(n);
     std::unique_ptr<Faller> faller;
     {
@@ -127,14 +128,15 @@ std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions, 
                             starts.empty() ? std::nullopt : std::optional<sim::State>(starts[k]));
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(faller));
+    if (how.on_done) how.on_done();
   });
   return falls;
 }
 
-std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, int threads) {
+std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, const Execution& how) {
   std::vector<sim::State> starts;
   for (const Fall& f : falls) starts.push_back(f.start);
-  return fallAll(way, std::vector<VectorXd>(falls.size()), threads, starts);
+  return fallAll(way, std::vector<VectorXd>(falls.size()), how, starts);
 }
 
 namespace {

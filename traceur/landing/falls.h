@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -69,14 +71,20 @@ class Faller {
   Judge judge_;
 };
 
-/// Falls on so many threads; the result does not depend on them.
+/// How many falls are made; changes no bit of them.
+struct Execution {
+  int threads = 0;                     ///< 0: one for each processor
+  std::stop_token stop = {};           ///< asked, falls not begun are left out: as they were made
+  std::function<void()> on_done = {};  ///< after each fall, one at a time
+};
+
 /// @param conditions  one of each fall; empty: the skill's initial ones
 /// @param starts      where the falls begin; none: where the skill says
-std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions, int threads,
-                          std::span<const sim::State> starts = {});
+std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions,
+                          const Execution& how, std::span<const sim::State> starts = {});
 
 /// The same falls, in another way.
-std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, int threads);
+std::vector<Fall> fallAgain(const Way& way, std::span<const Fall> falls, const Execution& how);
 
 /// A share and its 95 % interval [Wilson1927].
 struct Share {

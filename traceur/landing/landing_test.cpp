@@ -47,7 +47,7 @@ cost = 0
 
 Fall fall(const std::shared_ptr<const skill::Skill>& skill) {
   const std::vector<VectorXd> one = {skill->initialConditions()};
-  return fallAll({skill, skill->initialParameters()}, one, 1).front();
+  return fallAll({skill, skill->initialParameters()}, one, {.threads = 1}).front();
 }
 
 TEST(Judge, OfARagdollSaysWhatItBears) {
@@ -81,7 +81,8 @@ TEST(Judge, DoesNotCountTurnsInTheAirAsRolls) {
   const auto skill = dropped("0", 6, 0);
   VectorXd spinning = skill->initialConditions();
   spinning[2] = 7;
-  const Fall f = fallAll({skill, skill->initialParameters()}, std::vector{spinning}, 1).front();
+  const Fall f =
+      fallAll({skill, skill->initialParameters()}, std::vector{spinning}, {.threads = 1}).front();
   ASSERT_TRUE(f.verdict.touch_down);
   EXPECT_GE(f.verdict.touch_down_somersault, -1.5);
   EXPECT_LT(f.verdict.touch_down_somersault, 2 * M_PI - 1.5);
@@ -100,7 +101,7 @@ TEST(Judge, TakesNoShotForTheGround) {
   const motion::Shot shot{.body = skill->model->body("ball"), .start = 0.1, .velocity = {0, 10, 0}};
   const std::vector<VectorXd> one = {skill->initialConditions()};
   const auto fall = [&](const skill::Meddling& happens) {
-    return fallAll({skill, skill->initialParameters(), happens}, one, 1).front();
+    return fallAll({skill, skill->initialParameters(), happens}, one, {.threads = 1}).front();
   };
   const Fall unhurt = fall({});
   const Fall hit = fall({.shots = {shot}});
@@ -119,19 +120,33 @@ TEST(Falls, AreDrawnByTheirNumberAndCountedOnAnyThreads) {
     EXPECT_GE(one[0], 2.2);
     EXPECT_LE(one[0], 3.2);
   }
-  const auto a = fallAll({skill, skill->initialParameters()}, all, 1);
-  const auto b = fallAll({skill, skill->initialParameters()}, all, 2);
+  const auto a = fallAll({skill, skill->initialParameters()}, all, {.threads = 1});
+  const auto b = fallAll({skill, skill->initialParameters()}, all, {.threads = 2});
   for (size_t k = 0; k < all.size(); ++k) EXPECT_EQ(a[k].rollout.hash, b[k].rollout.hash);
   EXPECT_THROW(findFallSet("esy"), InputError);
   EXPECT_THROW(drawFalls(*skill, findFallSet("m2"), 1, 1), InputError);  // it knows no yaw
 }
 
+TEST(Falls, EndWhereTheyAreAskedTo) {
+  const auto skill = dropped("0", 2.4, 0.1);
+  std::stop_source stop;
+  int done = 0;
+  const auto falls =
+      fallAll({skill, skill->initialParameters()}, drawFalls(*skill, findFallSet("easy"), 5, 1),
+              {.threads = 1, .stop = stop.get_token(), .on_done = [&] {
+                 if (++done == 2) stop.request_stop();
+               }});
+  EXPECT_EQ(done, 2);
+  EXPECT_TRUE(falls[1].verdict.touch_down);
+  EXPECT_FALSE(falls[2].verdict.touch_down);
+}
+
 TEST(Falls, AgainBeginWhereTheyBegan) {
   const auto skill = dropped("1", 2.4, 0.1);
   const auto conditions = drawFalls(*skill, findFallSet("easy"), 2, 5);
-  const auto held = fallAll({skill, skill->initialParameters()}, conditions, 1);
+  const auto held = fallAll({skill, skill->initialParameters()}, conditions, {.threads = 1});
   const auto other = dropped("0", 1.5, 1);  // which alone would begin lower and flatter
-  const auto limp = fallAgain({other, other->initialParameters()}, held, 2);
+  const auto limp = fallAgain({other, other->initialParameters()}, held, {.threads = 2});
   ASSERT_EQ(limp.size(), 2U);
   for (size_t k = 0; k < limp.size(); ++k) {
     EXPECT_EQ(limp[k].start.q, held[k].start.q);
@@ -145,7 +160,7 @@ TEST(Falls, AgainBeginWhereTheyBegan) {
 TEST(Landing, OfThePersonRollsAndStands) {
   const auto skill = skill::Skill::fromFile(skill::findSkill("human", "land"));
   const FallSet set{"near the default", "", {{"height", 2.6, 2.8}, {"forward", 2.4, 2.6}}};
-  const auto falls = fallAll({skill, skill->initialParameters()}, drawFalls(*skill, set, 4, 1), 0);
+  const auto falls = fallAll({skill, skill->initialParameters()}, drawFalls(*skill, set, 4, 1), {});
   for (const Fall& f : falls) {
     EXPECT_TRUE(f.verdict.rolled) << f.rollout.ended;
     EXPECT_TRUE(f.verdict.stands()) << f.rollout.ended;

@@ -246,7 +246,7 @@ constexpr int kTouchDowns = 600;
 
 landing::LandingCondition learnedFrom(const Way& way, std::uint64_t seed) {
   const auto drawn = landing::drawTouchDowns(*way.skill, kTouchDowns, seed);
-  return landing::learnCondition(landing::fallAll(way, drawn, 1));
+  return landing::learnCondition(landing::fallAll(way, drawn, {.threads = 1}));
 }
 
 /// The numbers of a landing that wants this in the air.

@@ -277,9 +277,9 @@ void Snapshot::solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const {
     const double inverse = 1 / L[diagonal(k)];
     for (int at = diagonal(k) - 1; at >= begin[k]; --at) {
       const double a = L[at] * inverse;
-      double* above = L + begin[column[at]];
-      const double* here = L + begin[k];
-      for (int j = 0; j <= at - begin[k]; ++j) above[j] -= a * here[j];
+      // Rows of different numbers are different memory.
+      Eigen::Map<VectorXd> above(L + begin[column[at]], at - begin[k] + 1);
+      above.noalias() -= a * Eigen::Map<const VectorXd>(L + begin[k], at - begin[k] + 1);
       L[at] = a;
     }
     L[diagonal(k)] = inverse;
