@@ -2,12 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "apps/cli/arguments.h"
+#include "apps/cli/mishaps.h"
 #include "apps/cli/output.h"
 #include "apps/cli/performance.h"
 #include "apps/cli/pictures.h"
@@ -19,7 +18,6 @@
 #include "traceur/landing/falls.h"
 #include "traceur/landing/stress.h"
 #include "traceur/practice/learned.h"
-#include "traceur/sim/surface.h"
 
 namespace traceur::cli {
 namespace {
@@ -48,10 +46,8 @@ struct Arguments {
   int falls = 0;
   std::string set = "m2";
   std::uint64_t seed = 1;
-  std::optional<double> time_step, compliance, friction;
-  std::string surface;
   int rolls = 1;
-  std::vector<std::string> push, cannon, drag, onto, perturb;  // NAME=VALUE each
+  Mishaps mishaps;
   int threads = 0;
   std::vector<std::string> files;
   bool stress = false;
@@ -63,67 +59,6 @@ constexpr const char* kHands = "hands";
 /// Those of how often it rolls, and of how high the box is that it comes down on first.
 constexpr const char* kRolls = "rolls";
 constexpr const char* kRoof = "roof";
-
-const std::string kBall = "cannon_ball";
-const std::string kBox = "box";
-
-/// What is told by several NAME=VALUE.
-class Told {
- public:
-  Told(const char* option, ParamSpecs rows, const std::vector<std::string>& texts)
-      : rows_(std::move(rows)), given_(!texts.empty()), values_(initialOf(rows_)) {
-    const std::string name = option;
-    for (const std::string& text : texts) assign(values_, {rows_, "number", name}, text, option);
-  }
-  /// Whether the option was there.
-  explicit operator bool() const { return given_; }
-  double operator[](std::string_view name) const {
-    const auto row = std::find_if(rows_.begin(), rows_.end(),
-                                  [&](const ParamSpec& p) { return p.name == name; });
-    assert(row != rows_.end());
-    return values_[row - rows_.begin()];
-  }
-  sim::Vector3d vector() const { return {(*this)["forward"], (*this)["left"], (*this)["up"]}; }
-  /// "time=0.3 [s, 0 to 60]" …
-  static std::string help(const ParamSpecs& rows) {
-    std::vector<std::string> words;
-    words.reserve(rows.size());
-    for (const ParamSpec& p : rows) {
-      words.push_back(fmt::format("{}={:g}{}", p.name, p.initial,
-                                  p.unit == "1" ? "" : fmt::format(" [{}]", p.unit)));
-    }
-    return join(words);
-  }
-
- private:
-  ParamSpecs rows_;
-  bool given_;
-  Eigen::VectorXd values_;
-};
-
-const ParamSpecs kPushes = {{"time", "s", 0, 60, 0.2, ""},
-                            {"forward", "N·s", -1000, 1000, 0, ""},
-                            {"left", "N·s", -1000, 1000, 0, ""},
-                            {"up", "N·s", -1000, 1000, 0, ""}};
-const ParamSpecs kCannons = {
-    {"time", "s", 0, 60, 0.2, ""},      {"mass", "kg", 0.1, 100, 5, ""},
-    {"forward", "m/s", -30, 30, 0, ""}, {"left", "m/s", -30, 30, 0, ""},
-    {"up", "m/s", -30, 30, 0, ""},      {"distance", "m", 0.8, 20, 1.5, ""}};
-const ParamSpecs kDrags = {
-    {"time", "s", 0, 60, 0.2, ""},       {"forward", "m", -20, 20, 0, ""},
-    {"left", "m", -20, 20, 0, ""},       {"up", "m", -20, 20, 0, ""},
-    {"roll", "rad", -3.15, 3.15, 0, ""}, {"pitch", "rad", -3.15, 3.15, 0, ""},
-    {"yaw", "rad", -3.15, 3.15, 0, ""}};
-const ParamSpecs kBoxes = {{"height", "m", 0.1, 10, 1.4, ""},
-                           {"length", "m", 0.5, 20, 3, ""},
-                           {"width", "m", 0.5, 20, 2, ""}};
-const ParamSpecs kPerturbations = {{"mass", "1", 0.5, 2, 1, ""},
-                                   {"friction", "1", 0, 10, 1, ""},
-                                   {"delay", "s", 0, 0.1, 0, ""},
-                                   {"noise", "1", 0, 10, 0, ""}};
-/// Noise of 1, as perform --perturb has it.
-constexpr double kEncoderNoise = 0.005;  // [rad]
-constexpr double kVelocityNoise = 0.05;  // [m/s]
 
 /// Sets it by --strategy.
 void meetWith(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
@@ -148,7 +83,7 @@ Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   if (a.lean) give("miss", *a.lean, "--lean");
   meetWith(a, skill, x);
   if (a.rolls > 1) give(kRolls, a.rolls, "--rolls");
-  if (const Told box("--onto", kBoxes, a.onto); box) give(kRoof, box["height"], "--onto");
+  if (const auto height = a.mishaps.roof()) give(kRoof, *height, "--onto");
   for (const std::string& text : a.given) assign(x, conditions, text, "--given");
   return x;
 }
@@ -335,8 +270,9 @@ int many(const Arguments& a, const Way& start, const Way& way, const Way& limp,
 void requireInTheAir(const sim::Model& model, const sim::State& start) {
   static constexpr double kDepth = 0.001;  // [m]
   if (const auto body = model.bodyReachedInto(start, kDepth)) {
-    throw InputError(fmt::format("the fall begins inside {}: expected a larger --height",
-                                 model.bodyName(*body) == kBox ? "the box" : "the ground"));
+    throw InputError(
+        fmt::format("the fall begins inside {}: expected a larger --height",
+                    model.bodyName(*body) == Mishaps::kBox ? "the box" : "the ground"));
   }
 }
 
@@ -367,81 +303,12 @@ int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
   return kDone;
 }
 
-/// The box that it comes down on, a quarter of its length from its hind edge.
-sim::Prop boxUnder(const Arguments& a, const Told& box) {
-  const double height = a.height.value_or(0);
-  const double forward = a.velocity.empty() ? 0 : a.velocity[0];
-  const double up = a.velocity.size() > 2 ? a.velocity[2] : 0;
-  const double time = flight::fallTime(height - box["height"] - 0.9, up, kGravity);
-  sim::Prop prop;
-  prop.name = kBox;
-  prop.size = {box["length"] / 2, box["width"] / 2, box["height"] / 2};
-  prop.position = {forward * time + box["length"] / 4, 0, box["height"] / 2};
-  return prop;
-}
-
-skill::Disturbance changesOf(const Arguments& a) {
-  skill::Disturbance changed;
-  if (!a.surface.empty()) {
-    const sim::Material& ground = sim::findSurface(a.surface).material;
-    changed.friction = ground.friction;
-    changed.compliance = ground.compliance;
-    changed.damping_ratio = ground.damping_ratio;
-  }
-  if (const Told how("--perturb", kPerturbations, a.perturb); how) {
-    changed.mass = how["mass"];
-    if (how["friction"] != 1) changed.friction = how["friction"];
-    changed.delay = how["delay"];
-    changed.encoder_noise = how["noise"] * kEncoderNoise;
-    changed.velocity_noise = how["noise"] * kVelocityNoise;
-    changed.seed = a.seed;
-  }
-  changed.time_step = a.time_step;
-  if (a.compliance) changed.compliance = a.compliance;
-  if (a.friction) changed.friction = a.friction;
-  if (const Told how("--cannon", kCannons, a.cannon); how) {
-    static constexpr double kLead = 11340;  // [kg/m³]
-    sim::Prop ball;
-    ball.name = kBall;
-    ball.shape = sim::Prop::Shape::kBall;
-    ball.mass = how["mass"];
-    ball.size[0] = std::cbrt(3 * ball.mass / (4 * std::numbers::pi * kLead));
-    ball.position = {-50, 0, ball.size[0]};  // until it is shot: out of the way
-    changed.props.push_back(ball);
-  }
-  if (const Told box("--onto", kBoxes, a.onto); box) changed.props.push_back(boxUnder(a, box));
-  return changed;
-}
-
-skill::Meddling meddlingOf(const Arguments& a, const sim::Model& model) {
-  skill::Meddling happens;
-  if (const Told how("--push", kPushes, a.push); how) {
-    static constexpr double kTime = 0.1;  // [s]
-    happens.pushes.push_back({.body = model.root(),
-                              .force = how.vector() / kTime,
-                              .start = how["time"],
-                              .duration = kTime});
-  }
-  if (const Told how("--cannon", kCannons, a.cannon); how) {
-    if (how.vector().norm() == 0) throw InputError("--cannon: expected a velocity, as left=10");
-    happens.shots.push_back({.body = model.body(kBall),
-                             .start = how["time"],
-                             .velocity = how.vector(),
-                             .distance = how["distance"]});
-  }
-  if (const Told how("--drag", kDrags, a.drag); how) {
-    happens.drags.push_back(
-        {.start = how["time"],
-         .by = how.vector(),
-         .turn = sim::rotationOf({how["roll"], how["pitch"], how["yaw"]}).toRotationMatrix()});
-  }
-  return happens;
-}
-
 Way wayOf(const Arguments& a, const char* name) {
   const fs::path file = skill::findSkill(a.robot, name);
-  const auto skill = Skill::fromText(readFile(file), file, changesOf(a));
-  return {skill, skill->initialParameters(), meddlingOf(a, *skill->model)};
+  const Starting start{a.height.value_or(0), a.velocity.empty() ? 0 : a.velocity[0],
+                       a.velocity.size() > 2 ? a.velocity[2] : 0, a.seed};
+  const auto skill = Skill::fromText(readFile(file), file, a.mishaps.changes(start));
+  return {skill, skill->initialParameters(), a.mishaps.meddling(*skill->model)};
 }
 
 int land(const Arguments& a) {
@@ -456,10 +323,10 @@ int land(const Arguments& a) {
                                           landing.skill->task.initial)
                       .parameters);
   }
-  if (a.falls > 0 && !a.onto.empty()) {
+  if (a.falls > 0 && a.mishaps.roof()) {
     throw InputError("--onto: the box stands where one fall comes down: expected no --falls");
   }
-  if (!a.onto.empty() && !a.height) {
+  if (a.mishaps.roof() && !a.height) {
     throw InputError("--onto: expected --height too, from which it falls onto the box");
   }
   const bool limp = a.strategy == "ragdoll";
@@ -497,32 +364,10 @@ void addLand(CLI::App& program, int& exit_code) {
   verb->add_option("--set", a->set, "Of falls by lot: " + join(sets, " or "))
       ->capture_default_str();
   verb->add_option("--seed", a->seed, "Of falls by lot")->check(isSeed())->capture_default_str();
-  verb->add_option("--time-step", a->time_step, "Of the simulation [s]; default: the skill's")
-      ->check(CLI::Range(1e-5, 0.005));
-  verb->add_option("--compliance", a->compliance, "Of the ground [s]; default: the skill's")
-      ->check(CLI::Range(1e-4, 0.2));
-  verb->add_option("--friction", a->friction, "Of the ground; default: the skill's")
-      ->check(CLI::Range(0.0, 10.0));
-  std::vector<std::string> grounds;
-  for (const sim::Surface& s : sim::surfaces()) {
-    grounds.push_back(fmt::format("{} ({})", s.name, s.help));
-  }
-  verb->add_option("--surface", a->surface,
-                   fmt::format("What it falls on: {}; default: the skill's", join(grounds)));
   verb->add_option("--rolls", a->rolls, "So many rolls, one after the other")
       ->check(CLI::Range(1, 20))
       ->capture_default_str();
-  const auto told = [&](const char* option, std::vector<std::string>& to, const char* what,
-                        const ParamSpecs& rows) {
-    verb->add_option(option, to, fmt::format("{}. NAME=VALUE of: {}", what, Told::help(rows)))
-        ->type_name("NAME=VALUE")
-        ->expected(1, static_cast<int>(rows.size()));
-  };
-  told("--push", a->push, "A push on the root for 0.1 s", kPushes);
-  told("--cannon", a->cannon, "A ball of lead is shot at it", kCannons);
-  told("--drag", a->drag, "It is put elsewhere, and turned, on its way", kDrags);
-  told("--onto", a->onto, "A box that it comes down on before the ground", kBoxes);
-  told("--perturb", a->perturb, "Another body than the controller knows", kPerturbations);
+  a->mishaps.addTo(*verb);
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
   verb->add_option("--out", a->files, ".png for a film strip, .mp4 for a video. One for each")

@@ -22,21 +22,21 @@ fall = json.load(sys.stdin)
 assert not fall["stands"] and fall["ended"] == "does not stand", fall' ||
   complain "a ragdoll stands"
 
-"$traceur" land --strategy ragdoll --stress --json | python3 -c '
+"$traceur" land --strategy ragdoll --stress --json --time-step 0.003 | python3 -c '
 import json, sys
 fall = json.load(sys.stdin)
 assert abs(fall["stress_ratio"]["mean"] - 1) < 1e-9, fall["stress_ratio"]' ||
   complain "a ragdoll bears other than a ragdoll"
-"$traceur" land --falls 2 --set easy --stress >"$dir/stress" || complain "stress: exit $?"
+"$traceur" land --falls 2 --set easy --stress --time-step 0.003 >"$dir/stress" || complain "stress: exit $?"
 grep -q "^neck" "$dir/stress" || complain "land --falls --stress: no neck"
 
-"$traceur" land --falls 4 --set easy --json --threads 1 >"$dir/one" || complain "falls: exit $?"
-"$traceur" land --falls 4 --set easy --json --threads 2 >"$dir/two" || complain "falls: exit $?"
+"$traceur" land --falls 4 --set easy --json --time-step 0.003 --threads 1 >"$dir/one" || complain "falls: exit $?"
+"$traceur" land --falls 4 --set easy --json --time-step 0.003 --threads 2 >"$dir/two" || complain "falls: exit $?"
 cmp -s "$dir/one" "$dir/two" || complain "falls differ with the threads"
 
 # Whatever happens on the way, the same limp fall comes down later or earlier for it.
 touch_down() {
-  "$traceur" land --strategy ragdoll --height 3 --json "$@" |
+  "$traceur" land --strategy ragdoll --height 3 --time-step 0.003 --json "$@" |
     python3 -c 'import json, sys; print(json.load(sys.stdin)["touch_down"])'
 }
 python3 - "$(touch_down)" "$(touch_down --drag time=0.2 up=1)" "$(touch_down --push time=0.1 up=60)" \
@@ -48,7 +48,7 @@ assert abs(cannon - plain) < 0.1 and cannon != plain, sys.argv
 END
   complain "drag, push, cannon, onto: not as they should be"
 for surface in ice gym trampoline; do
-  "$traceur" land --surface $surface --json --perturb mass=1.1 delay=0.002 >"$dir/$surface" ||
+  "$traceur" land --surface $surface --time-step 0.003 --json --perturb mass=1.1 delay=0.002 >"$dir/$surface" ||
     complain "land --surface $surface: exit $?"
 done
 cmp -s "$dir/ice" "$dir/gym" && complain "ice is as a mat"
