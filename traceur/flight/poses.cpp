@@ -46,9 +46,7 @@ std::vector<Partner> partnersOf(const sim::Model& model) {
 bool reachesIntoItself(sim::World& world, const VectorXd& joints) {
   sim::State state = stateOf(world.model(), joints);
   if (world.model().rootDofs() == 6) state.q[world.model().rootQ() + 2] = 100;  // off the ground
-  world.reset(state);
-  world.step({VectorXd::Zero(world.model().nu())});
-  return !world.snapshot().contacts().empty();
+  return world.placePressed(state);
 }
 
 }  // namespace

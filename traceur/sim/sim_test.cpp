@@ -1509,5 +1509,20 @@ TEST(World, ARobotNeverSleepsAndWakesWhatItTouches) {
   EXPECT_GT((world.snapshot().bodyPosition(model->body("box")) - box.position).norm(), 0.005);
 }
 
+TEST(World, KnowsWherePlacedBodiesPressOnEachOther) {
+  Scene scene;
+  scene.props = {{.name = "a", .size = {0.1, 0.1, 0.1}, .position = {0, 0, 5}, .mass = 1},
+                 {.name = "b", .size = {0.1, 0.1, 0.1}, .position = {1, 0, 5}, .mass = 1}};
+  const auto model = Model::fromScene(scene);
+  World world(model);
+  State apart = model->initialState();
+  EXPECT_FALSE(world.placePressed(apart));
+  State together = apart;
+  model->putFree(together, model->body("b"), {0.15, 0, 5}, Vector3d::Zero());
+  EXPECT_TRUE(world.placePressed(together));
+  EXPECT_TRUE(world.snapshot().contacts().empty());  // as place() leaves it
+  EXPECT_FALSE(world.placePressed(apart));
+}
+
 }  // namespace
 }  // namespace traceur::sim

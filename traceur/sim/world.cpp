@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
 
 #include "traceur/core/error.h"
@@ -70,6 +71,16 @@ void World::place(const State& state) {
   mj_kinematics(m, data_);
   mj_comPos(m, data_);
   snapshot_.capture();
+}
+
+bool World::placePressed(const State& state) {
+  place(state);
+  completes(mj_collision, model_->raw(), data_);  // of too many contacts those that were found
+  mjContact* const end = data_->contact + data_->ncon;
+  const bool pressed =
+      std::any_of(data_->contact, end, [](const mjContact& c) { return c.exclude == 0; });
+  data_->ncon = 0;
+  return pressed;
 }
 
 void World::step(const Torque& torque) {

@@ -61,6 +61,9 @@ class World {
   /// nothing. A reset() comes before the next step.
   /// @throws InputError as reset()
   void place(const State& state);
+  /// place(), and whether any two bodies press on each other there.
+  /// @throws InputError as reset()
+  bool placePressed(const State& state);
   void step(const Torque& torque);
   Checkpoint save() const;
   /// Instead of reset(): as the world was that the checkpoint was taken from, of the same model.
