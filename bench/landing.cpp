@@ -15,8 +15,8 @@ using namespace traceur;
 using namespace traceur::bench;
 
 int main() {
-  constexpr double kStep = 0.0002;  // [s] [Ha2015, §3.6]
-  constexpr int kPairs = 15;
+  static constexpr double kStep = 0.0002;  // [s] [Ha2015, §3.6]
+  static constexpr int kPairs = 15;
   const std::filesystem::path file = skill::findSkill("human", "land");
   skill::Disturbance steps;
   steps.time_step = kStep;

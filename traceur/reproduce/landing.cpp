@@ -151,29 +151,34 @@ Table figure17() {
       "right joint the larger. Falls of the set m2, a seed a fall, and the same fall limp. The "
       "paper's are of one landing hands first, in a unit that it does not say. {}",
       kCounted);
-  const auto joints = landing::stressedJoints(*wayOf("land").skill->model);
-  // Pixels of the figure; of joints that it has.
-  static const std::map<std::string, std::pair<double, double>> kBars = {
-      {"hip", {14.0, 7.9}},          {"knee", {17.1, 4.2}},        {"ankle", {11.9, 8.1}},
-      {"lower_spine", {35.1, 14.1}}, {"upper_spine", {73.3, 9.7}}, {"neck", {89.4, 5.0}},
-      {"clavicle", {20.4, 7.2}},     {"shoulder", {17.4, 8.8}},    {"elbow", {21.9, 16.4}},
-      {"wrist", {29.6, 29.1}}};
+  // Pixels of the figure: limp, in the landing.
+  struct Bars {
+    const char* joint;
+    double limp, landing;
+  };
+  static constexpr Bars kBars[] = {{"lower_spine", 35.1, 14.1}, {"upper_spine", 73.3, 9.7},
+                                   {"neck", 89.4, 5.0},         {"clavicle", 20.4, 7.2},
+                                   {"shoulder", 17.4, 8.8},     {"elbow", 21.9, 16.4},
+                                   {"wrist", 29.6, 29.1},       {"hip", 14.0, 7.9},
+                                   {"knee", 17.1, 4.2},         {"ankle", 11.9, 8.1}};
   t.columns = {{"limp", 20, 100, {}}, {"landing", 20, 100, {}}};
-  for (const landing::StressedJoint& j : joints) {
-    t.rows.push_back({j.name, "", "kN"});
-    const auto bar = kBars.find(j.name);
-    t.columns[0].printed.push_back(bar == kBars.end() ? kNotPrinted : bar->second.first);
-    t.columns[1].printed.push_back(bar == kBars.end() ? kNotPrinted : bar->second.second);
+  for (const Bars& bars : kBars) {
+    t.rows.push_back({bars.joint, "", "kN"});
+    t.columns[0].printed.push_back(bars.limp);
+    t.columns[1].printed.push_back(bars.landing);
   }
   t.ratios = {{"limp / landing", 0, 1}};
   t.center = Center::kMedian;
   t.made_with = landingPrints;
-  t.run = [joints, bodies = std::make_shared<Bodies>()](int row, int column, std::uint64_t seed,
-                                                        const std::stop_token&) {
+  t.run = [bodies = std::make_shared<Bodies>()](int row, int column, std::uint64_t seed,
+                                                const std::stop_token&) {
     return bodies->with([&](Bodies::Body& body) {
       const auto x = landing::drawFalls(*body.way.skill, landing::findFallSet("m2"), 1, seed)[0];
       const Fall fall = column == 1 ? body.lands.fall(x) : body.limp.fall({}, body.lands.start(x));
-      const double force = joints[static_cast<size_t>(row)].stress(fall.verdict.stress);
+      const auto joints = landing::stressedJoints(*body.way.skill->model);
+      const auto joint = std::find_if(joints.begin(), joints.end(),
+                                      [&](const auto& j) { return j.name == kBars[row].joint; });
+      const double force = joint->stress(fall.verdict.stress);
       return Outcome{force / 1000, !fall.verdict.touch_down.has_value()};
     });
   };
