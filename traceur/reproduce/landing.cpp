@@ -52,7 +52,7 @@ class Bodies {
       }
     }
     if (!body) body = std::make_unique<Body>();
-    const auto result = f(*body);
+    auto result = f(*body);
     const std::lock_guard lock(mutex_);
     idle_.push_back(std::move(body));
     return result;
@@ -221,7 +221,8 @@ Table landingAtlas() {
       double good = 0;
       for (int k = 0; k < kAtlas.count * kAtlas.count && !stop.stop_requested(); ++k) {
         const double forward = kAtlas.low + k % kAtlas.count;
-        const double height = kAtlas.low + kAtlas.y_offset + k / kAtlas.count;
+        const int above = k / kAtlas.count;
+        const double height = kAtlas.low + kAtlas.y_offset + above;
         const landing::FallSet set{"",
                                    "",
                                    {{"height", height, height + 1},
