@@ -69,6 +69,13 @@ void meetWith(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
   if (a.strategy == "auto") assign(x, conditions, kHands, -1, where);
 }
 
+/// Sets it by --rolls.
+void rollSoOften(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
+  if (a.rolls == 1) return;
+  assign(x, {skill.conditions, "condition", skill.name}, kRolls, a.rolls,
+         fmt::format("--rolls {}", a.rolls));
+}
+
 Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   Eigen::VectorXd x = skill.initialConditions();
   const Numbers conditions{skill.conditions, "condition", skill.name};
@@ -82,7 +89,7 @@ Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   for (size_t i = 0; i < a.spin.size(); ++i) give(kSpin[i], a.spin[i], "--spin");
   if (a.lean) give("miss", *a.lean, "--lean");
   meetWith(a, skill, x);
-  if (a.rolls > 1) give(kRolls, a.rolls, "--rolls");
+  rollSoOften(a, skill, x);
   if (const auto height = a.mishaps.roof()) give(kRoof, *height, "--onto");
   for (const std::string& text : a.given) assign(x, conditions, text, "--given");
   return x;
@@ -206,7 +213,10 @@ int many(const Arguments& a, const Way& start, const Way& way, const Way& limp,
   const Skill& skill = *start.skill;
   const landing::FallSet& set = landing::findFallSet(a.set);
   auto conditions = landing::drawFalls(skill, set, a.falls, a.seed);
-  for (Eigen::VectorXd& x : conditions) meetWith(a, skill, x);
+  for (Eigen::VectorXd& x : conditions) {
+    meetWith(a, skill, x);
+    rollSoOften(a, skill, x);
+  }
   ProgressLine line("falls", (a.stress ? 2.0 : 1.0) * a.falls, 0, a.json);
   int done = 0;
   const landing::Execution how{.threads = a.threads, .stop = interrupt.token(), .on_done = [&] {
