@@ -435,6 +435,27 @@ when = "ended.one && com.z < 1")_"));
   EXPECT_NEAR(failed.time, 0.1, 1e-9);
 }
 
+TEST(SkillWords, AFlightNoticesThatItWasPutElsewhere) {
+  // 0.16 s before the ground, where nothing is planned any more otherwise.
+  const auto skill = fromText(standing(0.7, "", R"_([measures]
+left = { of = "touch_down.time", take = "first", when = "time > 0.58" }
+somersault = { of = "touch_down.somersault", take = "first", when = "time > 0.58" }
+)_",
+                                       "[phase.flight]\nsomersault = 0", "height = 2.5", 1));
+  const auto foreseen = [&](const motion::Drag& drag) {
+    Runner runner(skill);
+    runner.meddledWith({.drags = {drag}});
+    const Rollout r = runner.run(skill->initialParameters(), 0.25);
+    return std::pair(measured(r, *skill, "left"), measured(r, *skill, "somersault"));
+  };
+  const auto [left, somersault] = foreseen({.start = 5});
+  EXPECT_NEAR(left, 0.13, 0.02);
+  EXPECT_GT(foreseen({.start = 0.55, .by = {0, 0, 1}}).first, left + 0.1);
+  const Eigen::AngleAxisd turn(0.8, Vector3d::UnitY());
+  EXPECT_NEAR(foreseen({.start = 0.55, .turn = turn.toRotationMatrix()}).second, somersault + 0.8,
+              0.2);
+}
+
 TEST(SkillWords, APhaseKnowsHowOftenItHasBegun) {
   const auto skill = fromText(standing(1, "", R"_(until = "phase_time >= 0.05"
 [[phase.exit]]
