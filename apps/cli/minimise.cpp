@@ -255,13 +255,16 @@ void addMinimise(CLI::App& program, int& exit_code) {
           "and answers with a line, flushed: the cost, then the names of violated constraints; or "
           "\"failed\". It ends with the search")
       ->required();
+  // Options that may come again must not take the -- that follows: the command's would be ours.
   verb->add_option("--var", a->variables,
                    "NAME=MIN:MAX or NAME=MIN:MAX:START; bounds may be -inf, inf. One for each")
       ->required()
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   verb->add_option("--constraint", a->constraints, "A name the command may answer. One for each")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   verb->add_option("--tasks", a->tasks,
                    "FIRST:LAST:COUNT: the command answers with a cost for each of so many tasks, "

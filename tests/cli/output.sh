@@ -171,6 +171,14 @@ escaped=$(find "$dir" -maxdepth 3 \( -name '*ESCAPED*' -o -name '*STANCE*' -o -n
 "$traceur" minimise --var x=-1e300:1e300 --budget 24 --out wide.run -- sh -c 'while read x; do echo "$x"; done' >wide 2>err
 grep -q '^cost -[1-9][0-9.]*e+[0-9]* ' wide || wrong "minimise: a cost beyond a float's numbers: $(cat wide)"
 
+# What comes after -- is the command's, also right after an option that may come again.
+printf '#!/bin/sh\necho "$*" >args\nwhile read -r x; do echo "$x"; done\n' >told.sh && chmod +x told.sh
+for last in "--constraint far --var x=0:1" "--var x=0:1 --constraint far"; do
+  "$traceur" minimise --budget 24 --quiet --threads 1 --out told.run $last -- ./told.sh --seed 3 -u
+  [ "$(cat args)" = "--seed 3 -u" ] || wrong "minimise $last: its command was told '$(cat args)'"
+  rm -f told.run args
+done
+
 # --------------------------------------------------------------------------------- a progress line
 sed 's/"nod"/"a skill of a very long name, so long that no terminal has the room for it\\u001b[31m"/' "$nod" >long.toml
 for columns in 20 40 200; do

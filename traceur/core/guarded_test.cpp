@@ -61,7 +61,10 @@ TEST(Guarded, SaysWhatEndedTheWork) {
     std::signal(SIGABRT, SIG_DFL);
     std::abort();
   });
-  EXPECT_EQ(killed, "file: crashes what makes it ready (signal 6, Aborted)");
+  EXPECT_EQ(
+      killed,
+      "file: crashes what makes it ready (signal 6, Aborted), as too much for 1000 MB of memory "
+      "may, too");
   EXPECT_EQ(refusal([]() -> std::string { _exit(7); }), "file: ends what makes it ready (exit 7)");
   EXPECT_EQ(refusal([]() -> std::string { _exit(0); }), "file: ends what makes it ready (exit 0)");
   try {

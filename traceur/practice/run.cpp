@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
@@ -45,8 +46,10 @@ class Rows {
     try {
       return read(Json::parse(text));
     } catch (const std::exception& e) {
+      std::string_view why = e.what();
+      if (why.starts_with("[json.")) why.remove_prefix(std::min(why.find("] ") + 2, why.size()));
       throw InputError(fmt::format("{}: not a run file of this version: its {} cannot be read: {}",
-                                   name(), key, e.what()));
+                                   name(), key, why));
     }
   }
   std::string where(const std::string& key) const { return name() + ": " + key; }
