@@ -13,7 +13,9 @@
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/printable.h"
+#include "traceur/core/toml.h"
 #include "traceur/practice/learned.h"
+#include "traceur/practice/search.h"
 
 namespace traceur::cli {
 namespace {
@@ -26,6 +28,7 @@ struct Arguments {
   std::string run;
   std::optional<double> task;
   std::string out;
+  std::string into;
   double period = 0.01;
   bool json = false;
 };
@@ -192,7 +195,23 @@ void write(const std::string& file, const std::string& text) {
   pending.commit();
 }
 
+/// The skill file begins where the run has ended.
+int writeInto(const Arguments& a) {
+  const practice::Run run = practice::Run::open(a.run);
+  write(a.into, practice::withLearned(run, a.task, readFile(a.into), a.into));
+  const size_t all = run.meta().parameters.size();
+  const std::vector<std::string>& only = run.meta().search.only;
+  const size_t n = only.empty() ? all : practice::namedBy(only, run.meta().parameters).size();
+  if (a.json) {
+    printJson(Json{{"skill", a.into}, {"parameters", n}});
+  } else {
+    print("{}: {} of {} parameters begin where {} has ended\n", a.into, n, all, a.run);
+  }
+  return kDone;
+}
+
 int exportRun(const Arguments& a) {
+  if (!a.into.empty()) return writeInto(a);
   const LearnedSkill l = practice::learnedSkill(practice::Run::open(a.run), a.task);
   const Skill& s = *l.skill;
   const double dt = s.model->timeStep();
@@ -287,20 +306,29 @@ int exportRun(const Arguments& a) {
 void addExport(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = program.add_subcommand(
-      "export", "Write what was learned for servos: joint targets over time, and the controller.");
+      "export",
+      "Write what was learned: for servos, joint targets over time and the controller; or into the "
+      "skill file.");
   verb->add_option("RUN", a->run, "Run file of traceur learn")->required();
   verb->add_option("--task", a->task, "Of a family: what to ask for, in the skill's own unit");
-  verb->add_option("--period", a->period,
-                   "Between two rows of targets [s], a multiple of the time step")
-      ->check(CLI::Range(1e-4, 10.0))
-      ->capture_default_str();
-  verb->add_option("--out", a->out,
-                   "Writes OUT-targets.csv and OUT-controller.json; default: beside the run");
+  CLI::Option* period =
+      verb->add_option("--period", a->period,
+                       "Between two rows of targets [s], a multiple of the time step")
+          ->check(CLI::Range(1e-4, 10.0))
+          ->capture_default_str();
+  CLI::Option* out = verb->add_option(
+      "--out", a->out, "Writes OUT-targets.csv and OUT-controller.json; default: beside the run");
+  verb->add_option("--into", a->into,
+                   "A skill file, whose parameters then begin with the learned numbers; of a run "
+                   "with --only, those that it searched")
+      ->excludes(period)
+      ->excludes(out);
   verb->add_flag("--json", a->json, "Print one JSON object");
   verb->footer(
       "Examples:\n"
       "  traceur export runs/walk-family-seed1.run --task 0.1\n"
       "  traceur export runs/walk-family-seed1.run --task 0.1 --period 0.008 --out robot/walk\n"
+      "  traceur export runs/land-0-seed1.run --into skills/human/land.toml\n"
       "Exit code: 0 done, 1 it fails in simulation or cannot be written, 2 wrong use.");
   verb->callback([a, &exit_code] { exit_code = exportRun(*a); });
 }

@@ -240,6 +240,12 @@ void addLearn(CLI::App& program, int& exit_code) {
                                "tried in; 0: its default ones alone; default: {}",
                                practice::kDraws))
       ->check(CLI::Range(0, 1000));
+  verb->add_option("--given", o.given,
+                   "NAME=VALUE or NAME=MIN:MAX: other [conditions] to practise under, as "
+                   "height=2:6. One for each")
+      ->expected(1)
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   verb->add_option("--from", o.from,
                    "A run file whose best parameters the search begins at, by their names");
   verb->add_option("--only", o.only,

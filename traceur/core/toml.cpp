@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 
 #include "traceur/core/text.h"
 
@@ -111,6 +112,17 @@ class Descriptor {
 /// What stands there instead of a finite number.
 std::string got(const TomlValue& v) {
   return v.isNumber() ? fmt::format("{}", v.number()) : std::string(v.kind());
+}
+
+/// Where a line and a column, both from 1, stand in the text; columns count letters, not bytes.
+size_t placeOf(std::string_view text, int line, int column) {
+  size_t at = 0;
+  for (; line > 1; --line) at = text.find('\n', at) + 1;
+  for (; column > 1; --column) {
+    do ++at;
+    while (at < text.size() && (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80);
+  }
+  return at;
 }
 
 }  // namespace
@@ -290,6 +302,30 @@ TomlValue parseToml(std::string_view text, const std::string& file) {
     d.throwIfAny();
   }
   return {};
+}
+
+std::string withNumbers(std::string_view text, const std::string& file,
+                        std::span<const TomlNumber> numbers) {
+  const TomlValue document = parseToml(text, file);
+  std::map<size_t, std::pair<size_t, std::string>> written;  // where, how long, anew
+  for (const TomlNumber& n : numbers) {
+    const TomlValue* at = &document;
+    for (const std::string& key : n.path) {
+      const bool in_table = at && at->isTable() && at->table().contains(key);
+      at = in_table ? &at->table().find(key)->second : nullptr;
+    }
+    if (!at || !at->isNumber()) {
+      throw InputError(fmt::format("{}: expected a number {}", file, join(n.path, ".")));
+    }
+    const size_t from = placeOf(text, at->line, at->column);
+    const size_t to = std::min(text.find_first_of(" \t\r\n,]}#", from), text.size());
+    written[from] = {to - from, fmt::format("{}", n.value)};
+  }
+  std::string out(text);
+  for (auto w = written.rbegin(); w != written.rend(); ++w) {
+    out.replace(w->first, w->second.first, w->second.second);
+  }
+  return out;
 }
 
 std::string readFile(const std::filesystem::path& file) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -79,6 +80,17 @@ class TomlReader {
 /// Parses a document of at most 1 MiB, 32 values in values and 16 dots in a key.
 /// @throws InputError with file, line and column where the text is not such TOML
 TomlValue parseToml(std::string_view text, const std::string& file);
+
+/// A number of a document, by the keys that lead to it.
+struct TomlNumber {
+  std::vector<std::string> path;
+  double value = 0;
+};
+
+/// The same document with other numbers: everything else, comments too, stays as it was written.
+/// @throws InputError as parseToml, and for a path that leads to no number
+std::string withNumbers(std::string_view text, const std::string& file,
+                        std::span<const TomlNumber> numbers);
 
 /// A whole text file of at most 64 MiB, or what comes through a pipe within 5 s.
 /// @throws InputError naming the file when it is missing, unreadable, a folder, a device or larger

@@ -155,5 +155,25 @@ TEST(ReadFile, MoreThanAnyTextIsRefused) {
   EXPECT_EQ(open_files(), before);
 }
 
+TEST(TomlNumbers, AreWrittenAnewWhereTheyStand) {
+  const std::string text =
+      "# ein Maß\n[parameters]\n\"a·b\" = { unit = \"rad·s/m\", initial = -0.25, max = 1e3 }#x\r\n"
+      "b = 7 # too\n[parameters.c]\ninitial=0.1\n[[list]]\nx = 1";
+  const std::vector<TomlNumber> numbers = {{{"parameters", "c", "initial"}, 1.0 / 3},
+                                           {{"parameters", "a·b", "initial"}, 12345.5},
+                                           {{"parameters", "a·b", "max"}, -1},
+                                           {{"parameters", "b"}, 0}};
+  EXPECT_EQ(
+      withNumbers(text, "f.toml", numbers),
+      "# ein Maß\n[parameters]\n\"a·b\" = { unit = \"rad·s/m\", initial = 12345.5, max = -1 }#x\r\n"
+      "b = 0 # too\n[parameters.c]\ninitial=0.3333333333333333\n[[list]]\nx = 1");
+  EXPECT_EQ(withNumbers(text, "f.toml", {}), text);
+  for (const TomlNumber& none :
+       {TomlNumber{{"parameters", "d"}, 1}, TomlNumber{{"parameters", "c"}, 1},
+        TomlNumber{{"parameters", "a·b", "unit"}, 1}, TomlNumber{{"list", "x"}, 1}}) {
+    EXPECT_THROW(withNumbers(text, "f.toml", {&none, 1}), InputError);
+  }
+}
+
 }  // namespace
 }  // namespace traceur

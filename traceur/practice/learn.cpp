@@ -93,8 +93,10 @@ SearchOptions learningOptions(const VectorXd& tasks) {
           .curve = family ? "linear" : ""};
 }
 
-Learned learn(const std::shared_ptr<const Skill>& skill, double task, const SearchOptions& options,
-              const std::filesystem::path& file, bool resume, const Execution& how) {
+Learned learn(const std::shared_ptr<const Skill>& as_written, double task,
+              const SearchOptions& options, const std::filesystem::path& file, bool resume,
+              const Execution& how) {
+  const auto skill = skill::underGiven(as_written, options.given);
   check(*skill, task, options);
   const bool family = options.tasks.size() > 0;
   const SkillProblem problem = family ? SkillProblem(skill, options.tasks)

@@ -9,6 +9,11 @@
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/text.h"
+#include "traceur/core/toml.h"
+#include "traceur/practice/search.h"
+#include "traceur/skill/skill_problem.h"
+#include "traceur/practice/search.h"
+#include "traceur/skill/skill_problem.h"
 
 namespace traceur::practice {
 
@@ -90,7 +95,7 @@ std::uint64_t partsOf(const Skill& skill) {
 std::shared_ptr<const Skill> skillOf(const Run& run) {
   if (!run.meta().skill) throw InputError(run.name() + ": not a run of traceur learn");
   const SkillInRun& s = *run.meta().skill;
-  auto skill = Skill::fromText(s.text, s.file);
+  auto skill = skill::underGiven(Skill::fromText(s.text, s.file), run.meta().search.given);
   if (partsOf(*skill) != s.parts) {
     throw InputError(
         fmt::format("{}: a skill that {} is made of has changed since", run.name(), s.name));
@@ -141,6 +146,20 @@ LearnedSkill learnedSkill(const Run& run, std::optional<double> task) {
   if (!p.best) throw InputError(run.name() + ": nothing has been learned yet");
   l.parameters = p.best->x;
   return l;
+}
+
+std::string withLearned(const Run& run, std::optional<double> task, const std::string& text,
+                        const std::string& file) {
+  const LearnedSkill learned = learnedSkill(run, task);
+  const ParamSpecs& parameters = learned.skill->parameters;
+  const std::vector<std::string>& only = run.meta().search.only;
+  std::vector<TomlNumber> numbers;
+  for (const int i : namedBy(only.empty() ? std::vector<std::string>{"*"} : only, parameters)) {
+    numbers.push_back({{"parameters", parameters[i].name, "initial"}, learned.parameters[i]});
+  }
+  std::string with = withNumbers(text, file, numbers);
+  Skill::fromText(with, file);
+  return with;
 }
 
 sim::Recording recordingOf(const Run& run, std::optional<double> task) {

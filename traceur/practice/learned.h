@@ -61,6 +61,14 @@ LearnedFamily learnedFamily(const Run& run);
 ///         as skillOf
 LearnedSkill learnedSkill(const Run& run, std::optional<double> task = {});
 
+/// A skill's text with what a run has learned: the parameters that it searched begin there, found
+/// by their names. All else stays as it was written.
+/// @param file  of the skill, for messages
+/// @throws InputError as learnedSkill, for a parameter that the text has not, and where the text is
+///         no skill, before or after
+std::string withLearned(const Run& run, std::optional<double> task, const std::string& text,
+                        const std::string& file);
+
 /// The motion of a run to look at: of a family what it does for the task, else its best trial.
 /// @throws InputError for a family without a task, a task without a family, and as Run::recording
 sim::Recording recordingOf(const Run& run, std::optional<double> task);

@@ -85,7 +85,10 @@ TEST(Run, SaysWhatItWasToldOfASkill) {
                  .tasks = VectorXd::LinSpaced(3, 0.1, 0.7),
                  .curve = "linear",
                  .experience = "x.run",
-                 .from = "y.run"},
+                 .from = "y.run",
+                 .only = {"a", "b*"},
+                 .given = {"height=2:5", "hands=1"},
+                 .draws = 6},
       .parameters = {{"a", "rad", -1, 1, 0.1, ""}, {"b", "", 0, 1e-300, 1e-301, ""}},
       .constraints = {"fall", "slip"},
       .skill = SkillInRun{.name = "nod",
@@ -109,6 +112,9 @@ TEST(Run, SaysWhatItWasToldOfASkill) {
   EXPECT_EQ(m.search.curve, "linear");
   EXPECT_EQ(m.search.experience, "x.run");
   EXPECT_EQ(m.search.from, "y.run");
+  EXPECT_EQ(m.search.only, asked.search.only);
+  EXPECT_EQ(m.search.given, asked.search.given);
+  EXPECT_EQ(m.search.draws, 6);
   expectEqual(m.parameters, asked.parameters);
   EXPECT_EQ(m.constraints, asked.constraints);
   ASSERT_TRUE(m.skill);
@@ -383,6 +389,46 @@ TEST(Learn, BeginsWhereAnotherRunEndedAndGoesOn) {
   EXPECT_SAYS(learn(skill, 0.1, o, folder / "b.run", true, {}), "has changed since");
   o.from = "";
   EXPECT_SAYS(learn(skill, 0.1, o, folder / "b.run", true, {}), "another from");
+}
+
+TEST(Learned, BecomesWhereASkillBegins) {
+  const TestFolder folder;
+  SearchOptions o = quick(64);
+  o.only = {"elb*"};
+  const Learned l = learn(nod(), 0.1, o, folder / "a.run", false, {});
+  const practice::Run run = practice::Run::open(folder / "a.run");
+  const std::string text = "# mine\n" + nod()->text;
+  const std::string with = withLearned(run, {}, text, kNod);
+  EXPECT_TRUE(with.starts_with("# mine\n"));
+  const auto skill = Skill::fromText(with, kNod);
+  EXPECT_EQ(skill->initialParameters(), l.summary.progress.best->x);
+  EXPECT_NE(skill->initialParameters(), nod()->initialParameters());
+  // Of what was not searched, the file's own stays.
+  const auto other = nodWith("initial = 0.5", "initial = 0.25");
+  ASSERT_NE(other->text, nod()->text);
+  EXPECT_EQ(Skill::fromText(withLearned(run, {}, other->text, kNod), kNod)->initialParameters()[0],
+            0.25);
+  EXPECT_SAYS(withLearned(run, {}, nodWith("elbow", "bend")->text, kNod),
+              "parameters.elbow.initial");
+}
+
+TEST(Learn, UnderGivenConditionsIsWhatTheRunRepeats) {
+  const TestFolder folder;
+  const auto skill =
+      Skill::fromText(nod()->text +
+                          "[conditions]\nload = { range = [0, 2], default = 0, draw = [0, 1] }\n"
+                          "[[objective]]\nname = \"load\"\ncost = \"10 * load\"\n",
+                      kNod);
+  SearchOptions o = quick(16);
+  o.given = {"load=1.5:1.6"};
+  o.draws = 3;
+  const Learned l = learn(skill, 0.1, o, folder / "a.run", false, {});
+  EXPECT_GT(l.summary.progress.best->evaluation.cost, 15);
+  const practice::Run run = practice::Run::open(folder / "a.run");
+  EXPECT_EQ(learnedSkill(run).perform().hash, run.outcome()->hash);
+  EXPECT_GT(learnedSkill(run).perform().cost, 15);
+  o.given = {};
+  EXPECT_SAYS(learn(skill, 0.1, o, folder / "a.run", true, {}), "another given");
 }
 
 TEST(Keep, MakesOneTrialARun) {

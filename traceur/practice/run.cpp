@@ -136,6 +136,7 @@ RunFile::Meta toRows(const RunMeta& m) {
                      {"experience", s.experience},
                      {"from", s.from},
                      {"only", join(s.only)},
+                     {"given", join(s.given)},
                      {"draws", fmt::format("{}", s.draws)}};
   if (m.skill) {
     rows.insert({{"verb", "learn"},
@@ -172,6 +173,7 @@ RunMeta metaOf(const RunFile& run) {
               .experience = rows.textOr("experience", ""),
               .from = rows.textOr("from", ""),
               .only = namesIn(rows.textOr("only", "")),
+              .given = namesIn(rows.textOr("given", "")),
               .draws = run.meta("draws") ? rows.whole("draws") : 0};
   if (run.meta("skill_text")) {
     m.skill = {.name = rows.text("skill"),

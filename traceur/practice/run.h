@@ -35,6 +35,8 @@ struct SearchOptions {
   /// Of one task: the parameters that are searched, by name, "*" for any end; the others stay where
   /// they begin. Empty: all.
   std::vector<std::string> only = {};
+  /// Of a skill with conditions: other ranges for them, as skill::underGiven reads them.
+  std::vector<std::string> given = {};
   int draws = 0;  ///< drawn conditions that each trial is tried in; 0: the initial ones alone
 };
 

@@ -48,7 +48,8 @@ std::vector<optim::Trial> experienceOf(const std::string& file, const optim::Pro
   return trials;
 }
 
-/// The indices of the parameters of these names.
+}  // namespace
+
 std::vector<int> namedBy(const std::vector<std::string>& only, const ParamSpecs& parameters) {
   std::vector<std::string> names;
   names.reserve(parameters.size());
@@ -73,8 +74,6 @@ std::vector<int> namedBy(const std::vector<std::string>& only, const ParamSpecs&
   }
   return indices;
 }
-
-}  // namespace
 
 std::unique_ptr<optim::Optimizer> optimiserFor(const optim::Problem& problem, const VectorXd& x0,
                                                const SearchOptions& o, bool feasible_first) {

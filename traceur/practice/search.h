@@ -22,6 +22,10 @@ struct Execution {
   std::function<void(const optim::Broken&)> on_broken = {};  ///< optim::MinimiseOptions::on_broken
 };
 
+/// The indices, rising, of the parameters that SearchOptions::only means.
+/// @throws InputError for a name that none has
+std::vector<int> namedBy(const std::vector<std::string>& only, const ParamSpecs& parameters);
+
 /// The optimiser that the options ask for, at its beginning. They name it, and of a family its
 /// curve.
 /// @param x0              (n) where it begins

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
+#include "traceur/core/text.h"
 #include "traceur/optim/cost.h"
 
 namespace traceur::skill {
@@ -106,6 +108,41 @@ optim::Evaluation SkillProblem::evaluateIn(int round, const VectorXd& x) const {
     evaluation.violated.push_back(2 * times > static_cast<int>(all.size()));
   }
   return evaluation;
+}
+
+std::shared_ptr<const Skill> underGiven(std::shared_ptr<const Skill> skill,
+                                        const std::vector<std::string>& given) {
+  if (given.empty()) return skill;
+  auto under = std::make_shared<Skill>(*skill);
+  std::vector<std::string> names;
+  for (const ParamSpec& c : under->conditions) names.push_back(c.name);
+  for (const std::string& text : given) {
+    const size_t is = text.find('=');
+    if (is == std::string::npos) {
+      throw InputError(
+          fmt::format("given {}: expected NAME=VALUE or NAME=MIN:MAX, as height=2:5", text));
+    }
+    const std::string name = text.substr(0, is);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+      throw InputError(fmt::format("given {}: {} has no condition \"{}\".{} It has: {}", text,
+                                   skill->name, name, didYouMean(name, names),
+                                   names.empty() ? "none" : join(names)));
+    }
+    const size_t c = found - names.begin();
+    ParamSpec& own = under->conditions[c];
+    const size_t to = text.find(':', is);
+    const double least = toNumber(text.substr(is + 1, to - is - 1), "given " + text);
+    const double most =
+        to == std::string::npos ? least : toNumber(text.substr(to + 1), "given " + text);
+    if (!(own.min <= least && least <= most && most <= own.max)) {
+      throw InputError(fmt::format("given {}: expected a range within [{}, {}]{}{}", text, own.min,
+                                   own.max, own.unit.empty() ? "" : " ", own.unit));
+    }
+    under->drawn[c] = {least, most};
+    own.initial = std::clamp(own.initial, least, most);
+  }
+  return under;
 }
 
 std::vector<VectorXd> drawnConditions(const Skill& skill, int count, std::uint64_t seed,

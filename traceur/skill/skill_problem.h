@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "traceur/optim/problem.h"
@@ -18,6 +19,13 @@ inline constexpr double kStepSize = 0.2;
 /// (count) conditions of the skill, drawn evenly: of each the range is cut into as many parts as
 /// there are draws, and each part has one.
 std::vector<VectorXd> drawnConditions(const Skill& skill, int count, std::uint64_t seed, int round);
+
+/// The skill under other conditions: practice draws them from there, and of none asked for the
+/// initial one lies there, too.
+/// @param given  each "NAME=VALUE" or "NAME=MIN:MAX", within the condition's own range
+/// @throws InputError for what is not one
+std::shared_ptr<const Skill> underGiven(std::shared_ptr<const Skill> skill,
+                                        const std::vector<std::string>& given);
 
 /// x are the skill's parameters in their own units; the constraints are its failures.
 class SkillProblem : public optim::Problem {

@@ -121,6 +121,32 @@ TEST(SkillWords, ConditionsAreDrawnEvenly) {
   EXPECT_NE(drawnConditions(*skill, 8, 2, 3), all);
 }
 
+TEST(SkillWords, IsDrawnFromWhatIsGiven) {
+  const auto skill = fromText(standing(0.2, "", kConditions));
+  EXPECT_EQ(underGiven(skill, {}), skill);
+  const auto under = underGiven(skill, {"high=0.6:0.7", "fast=0.5"});
+  for (const VectorXd& one : drawnConditions(*under, 8, 1, 3)) {
+    EXPECT_GE(one[0], 0.6);
+    EXPECT_LE(one[0], 0.7);
+    EXPECT_EQ(one[1], 0.5);
+  }
+  EXPECT_EQ(under->initialConditions()[0], 0.6);  // into the range
+  EXPECT_EQ(skill->initialConditions()[0], 0.3);
+  const auto said = [&](const std::string& given) {
+    try {
+      underGiven(skill, {given});
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_NE(said("high").find("NAME=VALUE"), std::string::npos);
+  EXPECT_NE(said("hihg=0.5").find("Did you mean \"high\"?"), std::string::npos);
+  for (const char* range : {"high=0.7:0.6", "high=0.1", "high=0.3:9", "high=nan", "high=:1"}) {
+    EXPECT_NE(said(range).find(range), std::string::npos) << said(range);
+  }
+}
+
 TEST(SkillWords, ATrialOfDrawnConditionsIsTheirMean) {
   const std::string rest = std::string(kConditions) + R"_([[failure]]
 name = "low"
