@@ -286,6 +286,19 @@ void requireInTheAir(const sim::Model& model, const sim::State& start) {
   }
 }
 
+/// Of a strip: most of it is happening in the roll, little in the seconds of getting up after it.
+std::vector<double> momentsOf(const landing::Verdict& v, double end) {
+  static constexpr int kInTheRoll = 5;
+  if (!v.touch_down) return {};
+  const double turned = std::min(end, v.rolled ? *v.rolled + 0.4 : *v.touch_down + 1.5);
+  std::vector<double> moments = {0, 0.5 * *v.touch_down};
+  for (int k = 0; k <= kInTheRoll; ++k) {
+    moments.push_back(*v.touch_down + (turned - *v.touch_down) * k / kInTheRoll);
+  }
+  if (end - turned > 0.2) moments.insert(moments.end(), {0.5 * (turned + end), end});
+  return moments;
+}
+
 int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
         Interrupt& interrupt) {
   for (const fs::path picture : a.files) requirePicture(picture);
@@ -297,7 +310,10 @@ int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
                         ? faller.fall(conditions, {}, &recording)
                         : landing::Faller(way).fall({}, faller.start(conditions), &recording);
   for (const fs::path picture : a.files) {
-    if (!draw(recording, picture, {}, interrupt, a.json)) return kInterrupted;
+    const double end = recording.frames.back().state.time;
+    if (!draw(recording, picture, {.times = momentsOf(fall.verdict, end)}, interrupt, a.json)) {
+      return kInterrupted;
+    }
   }
   std::optional<Fall> limply;
   if (a.stress) limply = landing::Faller(limp).fall({}, fall.start);
