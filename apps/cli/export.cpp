@@ -29,6 +29,7 @@ struct Arguments {
   std::optional<double> task;
   std::string out;
   std::string into;
+  int digits = 17;
   double period = 0.01;
   bool json = false;
 };
@@ -198,7 +199,7 @@ void write(const std::string& file, const std::string& text) {
 /// The skill file begins where the run has ended.
 int writeInto(const Arguments& a) {
   const practice::Run run = practice::Run::open(a.run);
-  write(a.into, practice::withLearned(run, a.task, readFile(a.into), a.into));
+  write(a.into, practice::withLearned(run, a.task, readFile(a.into), a.into, a.digits));
   const size_t all = run.meta().parameters.size();
   const std::vector<std::string>& only = run.meta().search.only;
   const size_t n = only.empty() ? all : practice::namedBy(only, run.meta().parameters).size();
@@ -318,11 +319,17 @@ void addExport(CLI::App& program, int& exit_code) {
           ->capture_default_str();
   CLI::Option* out = verb->add_option(
       "--out", a->out, "Writes OUT-targets.csv and OUT-controller.json; default: beside the run");
-  verb->add_option("--into", a->into,
-                   "A skill file, whose parameters then begin with the learned numbers; of a run "
-                   "with --only, those that it searched")
-      ->excludes(period)
-      ->excludes(out);
+  CLI::Option* into =
+      verb->add_option(
+              "--into", a->into,
+              "A skill file, whose parameters then begin with the learned numbers; of a run "
+              "with --only, those that it searched")
+          ->excludes(period)
+          ->excludes(out);
+  verb->add_option("--digits", a->digits,
+                   "With --into: of each number; default: all, which repeat the trial to the bit")
+      ->check(CLI::Range(2, 17))
+      ->needs(into);
   verb->add_flag("--json", a->json, "Print one JSON object");
   verb->footer(
       "Examples:\n"

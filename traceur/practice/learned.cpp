@@ -12,8 +12,6 @@
 #include "traceur/core/toml.h"
 #include "traceur/practice/search.h"
 #include "traceur/skill/skill_problem.h"
-#include "traceur/practice/search.h"
-#include "traceur/skill/skill_problem.h"
 
 namespace traceur::practice {
 
@@ -149,13 +147,16 @@ LearnedSkill learnedSkill(const Run& run, std::optional<double> task) {
 }
 
 std::string withLearned(const Run& run, std::optional<double> task, const std::string& text,
-                        const std::string& file) {
+                        const std::string& file, int digits) {
   const LearnedSkill learned = learnedSkill(run, task);
   const ParamSpecs& parameters = learned.skill->parameters;
   const std::vector<std::string>& only = run.meta().search.only;
   std::vector<TomlNumber> numbers;
   for (const int i : namedBy(only.empty() ? std::vector<std::string>{"*"} : only, parameters)) {
-    numbers.push_back({{"parameters", parameters[i].name, "initial"}, learned.parameters[i]});
+    const std::string value = fmt::format("{:.{}g}", learned.parameters[i], digits);
+    const ParamSpec& p = parameters[i];
+    numbers.push_back(
+        {{"parameters", p.name, "initial"}, std::clamp(toNumber(value, p.name), p.min, p.max)});
   }
   std::string with = withNumbers(text, file, numbers);
   Skill::fromText(with, file);

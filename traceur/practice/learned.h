@@ -63,11 +63,12 @@ LearnedSkill learnedSkill(const Run& run, std::optional<double> task = {});
 
 /// A skill's text with what a run has learned: the parameters that it searched begin there, found
 /// by their names. All else stays as it was written.
-/// @param file  of the skill, for messages
+/// @param file    of the skill, for messages
+/// @param digits  significant ones of each number, 1 to 17: all that there are
 /// @throws InputError as learnedSkill, for a parameter that the text has not, and where the text is
 ///         no skill, before or after
 std::string withLearned(const Run& run, std::optional<double> task, const std::string& text,
-                        const std::string& file);
+                        const std::string& file, int digits = 17);
 
 /// The motion of a run to look at: of a family what it does for the task, else its best trial.
 /// @throws InputError for a family without a task, a task without a family, and as Run::recording

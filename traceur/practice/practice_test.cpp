@@ -403,6 +403,9 @@ TEST(Learned, BecomesWhereASkillBegins) {
   const auto skill = Skill::fromText(with, kNod);
   EXPECT_EQ(skill->initialParameters(), l.summary.progress.best->x);
   EXPECT_NE(skill->initialParameters(), nod()->initialParameters());
+  const auto rounded = Skill::fromText(withLearned(run, {}, text, kNod, 3), kNod);
+  EXPECT_NEAR(rounded->initialParameters()[1], skill->initialParameters()[1], 5e-3);
+  EXPECT_NE(rounded->initialParameters()[1], skill->initialParameters()[1]);
   // Of what was not searched, the file's own stays.
   const auto other = nodWith("initial = 0.5", "initial = 0.25");
   ASSERT_NE(other->text, nod()->text);
