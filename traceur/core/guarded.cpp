@@ -164,8 +164,7 @@ std::string guarded(std::string_view what, const std::function<std::string()>& w
   refuse(WIFSIGNALED(status)
              ? fmt::format("crashes what makes it ready (signal {}, {}), as too much for {} MB of "
                            "memory may, too",
-                           WTERMSIG(status), strsignal(WTERMSIG(status)),
-                           limits.memory / 1'000'000)
+                           WTERMSIG(status), strsignal(WTERMSIG(status)), limits.memory / 1'000'000)
              : fmt::format("ends what makes it ready (exit {})", WEXITSTATUS(status)));
   return {};
 }
