@@ -169,6 +169,21 @@ TEST(Landing, OfThePersonRollsAndStands) {
   }
 }
 
+TEST(Landing, HandsFirstRollsAndMostlyStands) {
+  const auto skill = skill::Skill::fromFile(skill::findSkill("human", "land"));
+  const auto falls = fallAll({skill, skill->initialParameters()},
+                             drawFalls(*skill, findFallSet("hands"), 8, 1), {});
+  int rolled = 0;
+  int stand = 0;
+  for (const Fall& f : falls) {
+    EXPECT_GT(std::abs(f.verdict.touch_down_somersault), 1) << "not hands first";
+    rolled += f.verdict.rolled.has_value();
+    stand += f.verdict.stands();
+  }
+  EXPECT_GE(rolled, 7);  // of 100 falls of another seed, 98
+  EXPECT_GE(stand, 5);   // 85
+}
+
 TEST(LandingCondition, FindsThePlanesThatItWasDrawnFrom) {
   const Plane middle{-0.02, -0.1, 0.05, 0.4};
   std::vector<Fall> falls;
