@@ -201,8 +201,7 @@ int writeInto(const Arguments& a) {
   const practice::Run run = practice::Run::open(a.run);
   write(a.into, practice::withLearned(run, a.task, readFile(a.into), a.into, a.digits));
   const size_t all = run.meta().parameters.size();
-  const std::vector<std::string>& only = run.meta().search.only;
-  const size_t n = only.empty() ? all : practice::namedBy(only, run.meta().parameters).size();
+  const size_t n = practice::namedBy(run.meta().search.only, run.meta().parameters).size();
   if (a.json) {
     printJson(Json{{"skill", a.into}, {"parameters", n}});
   } else {

@@ -34,3 +34,21 @@ for i, row in enumerate(rows):
     assert abs(float(row[column]) - expected) < 1e-5, (t, row[column], expected)
 END
 done
+
+# What was learned becomes the file's: tried, it does what the run's best trial did.
+cp tests/cli/nod.toml "$dir/nod.toml"
+"$traceur" learn "$dir/nod.toml" --budget 32 --out "$dir/nod.run" --quiet || [ $? -eq 3 ]
+"$traceur" export "$dir/nod.run" --into "$dir/nod.toml" >/dev/null
+"$traceur" try "$dir/nod.toml" --json >"$dir/tried.json" || [ $? -eq 3 ]
+"$traceur" show "$dir/nod.run" --json >"$dir/show.json" || [ $? -eq 3 ]
+python3 - "$dir" <<'END'
+import json, sys
+tried, shown = (json.load(open(f"{sys.argv[1]}/{name}.json")) for name in ("tried", "show"))
+assert isinstance(tried["cost"], float) and tried["cost"] == shown["best_cost"], (tried["cost"], shown["best_cost"])
+END
+head -1 "$dir/nod.toml" | grep -q '^# ' || { echo "export --into: the comment is gone"; exit 1; }
+"$traceur" export "$dir/nod.run" --into "$dir/nothing.toml" 2>/dev/null && { echo "export --into: of no file"; exit 1; }
+sed 's/^elbow /bend /; s/hand = "elbow"/hand = "bend"/' "$dir/nod.toml" >"$dir/other.toml"
+cp "$dir/other.toml" "$dir/before.toml"
+"$traceur" export "$dir/nod.run" --into "$dir/other.toml" 2>/dev/null && { echo "export --into: of another skill"; exit 1; }
+cmp "$dir/other.toml" "$dir/before.toml"

@@ -315,7 +315,7 @@ std::string withNumbers(std::string_view text, const std::string& file,
       at = in_table ? &at->table().find(key)->second : nullptr;
     }
     if (!at || !at->isNumber()) {
-      throw InputError(fmt::format("{}: expected a number {}", file, join(n.path, ".")));
+      throw InputError(fmt::format("{}: it has no number \"{}\"", file, join(n.path, ".")));
     }
     const size_t from = placeOf(text, at->line, at->column);
     const size_t to = std::min(text.find_first_of(" \t\r\n,]}#", from), text.size());

@@ -150,9 +150,8 @@ std::string withLearned(const Run& run, std::optional<double> task, const std::s
                         const std::string& file, int digits) {
   const LearnedSkill learned = learnedSkill(run, task);
   const ParamSpecs& parameters = learned.skill->parameters;
-  const std::vector<std::string>& only = run.meta().search.only;
   std::vector<TomlNumber> numbers;
-  for (const int i : namedBy(only.empty() ? std::vector<std::string>{"*"} : only, parameters)) {
+  for (const int i : namedBy(run.meta().search.only, parameters)) {
     const std::string value = fmt::format("{:.{}g}", learned.parameters[i], digits);
     const ParamSpec& p = parameters[i];
     numbers.push_back(

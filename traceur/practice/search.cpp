@@ -54,7 +54,7 @@ std::vector<int> namedBy(const std::vector<std::string>& only, const ParamSpecs&
   std::vector<std::string> names;
   names.reserve(parameters.size());
   for (const ParamSpec& p : parameters) names.push_back(p.name);
-  std::vector<bool> named(names.size());
+  std::vector<bool> named(names.size(), only.empty());
   for (const std::string& pattern : only) {
     const bool any_end = pattern.ends_with('*');
     const std::string_view beginning(pattern.data(), pattern.size() - (any_end ? 1 : 0));

@@ -22,7 +22,7 @@ struct Execution {
   std::function<void(const optim::Broken&)> on_broken = {};  ///< optim::MinimiseOptions::on_broken
 };
 
-/// The indices, rising, of the parameters that SearchOptions::only means.
+/// The indices, rising, of the parameters that SearchOptions::only means: all, where it is empty.
 /// @throws InputError for a name that none has
 std::vector<int> namedBy(const std::vector<std::string>& only, const ParamSpecs& parameters);
 
