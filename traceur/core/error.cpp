@@ -13,11 +13,21 @@ constexpr size_t kMostMistakes = 100;
 
 }  // namespace
 
+void Diagnostics::goesOn(std::string file, int after_line) {
+  files_.push_back({std::move(file), after_line});
+}
+
+const Diagnostics::File& Diagnostics::placeOf(int line) const {
+  size_t i = files_.size() - 1;
+  while (i > 0 && line <= files_[i].after_line) --i;
+  return files_[i];
+}
+
 void Diagnostics::add(int line, int column, std::string_view message) {
   for (const Mistake& m : mistakes_) {
     if (m.line == line && m.column == column && m.text == message) return;
   }
-  mistakes_.push_back({file_, line, column, std::string(message)});
+  mistakes_.push_back({{}, line, column, std::string(message)});
   if (mistakes_.size() == kMostMistakes) throwIfAny();
 }
 
@@ -28,7 +38,10 @@ void Diagnostics::throwIfAny() const {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });
   std::string text;
-  for (const Mistake& m : sorted) {
+  for (Mistake& m : sorted) {
+    const File& place = placeOf(m.line);
+    m.file = place.file;
+    m.line -= m.line > 0 ? place.after_line : 0;
     if (!text.empty()) text += '\n';
     if (m.line == 0) {
       text += fmt::format("{}: {}", m.file, m.text);
@@ -37,7 +50,8 @@ void Diagnostics::throwIfAny() const {
     }
   }
   if (sorted.size() == kMostMistakes) {
-    text += fmt::format("\n{}: {} mistakes: the rest was not looked at", file_, kMostMistakes);
+    text +=
+        fmt::format("\n{}: {} mistakes: the rest was not looked at", files_[0].file, kMostMistakes);
   }
   throw InputError(text, std::move(sorted));
 }

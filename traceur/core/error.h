@@ -49,7 +49,12 @@ class SystemError : public std::runtime_error {
 /// Collects every mistake of a text a person wrote, so that one reading reports all, up to 100.
 class Diagnostics {
  public:
-  explicit Diagnostics(std::string file) : file_(std::move(file)) {}
+  explicit Diagnostics(std::string file) : files_{{std::move(file), 0}} {}
+
+  /// Lines beyond this one are those of another file, counted on; files in the order of their lines.
+  void goesOn(std::string file, int after_line);
+  /// The file that a line is of.
+  const std::string& fileOf(int line) const { return placeOf(line).file; }
 
   /// Line and column count from 1; line 0 means the file as a whole. The same again is kept once.
   void add(int line, int column, std::string_view message);
@@ -59,7 +64,13 @@ class Diagnostics {
   void throwIfAny() const;
 
  private:
-  std::string file_;
+  struct File {
+    std::string file;
+    int after_line = 0;
+  };
+  const File& placeOf(int line) const;
+
+  std::vector<File> files_;
   std::vector<Mistake> mistakes_;
 };
 

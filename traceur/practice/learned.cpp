@@ -77,8 +77,9 @@ LearnedSkill LearnedFamily::at(double task) const {
 }
 
 std::uint64_t partsOf(const Skill& skill) {
-  if (skill.parts.empty() && !skill.after) return 0;
+  if (skill.parts.empty() && !skill.after && skill.like.empty()) return 0;
   Hash hash;
+  if (!skill.like.empty()) hash.add(skill.like);
   const auto add = [&](const skill::Part& part) {
     hash.add(part.skill->text);
     for (const std::string& value : part.parameters) hash.add(value + "\n");  // some are a run's
@@ -146,18 +147,50 @@ LearnedSkill learnedSkill(const Run& run, std::optional<double> task) {
   return l;
 }
 
+namespace {
+
+const TomlValue* inTable(const TomlValue* table, std::string_view key) {
+  if (!table || !table->isTable()) return nullptr;
+  const auto at = table->table().find(key);
+  return at == table->table().end() ? nullptr : &at->second;
+}
+
+/// Puts rows first under a heading of a TOML text, which gets one where it has none.
+void addTo(std::string& text, std::string_view heading, const std::string& rows) {
+  const std::string begin = fmt::format("\n{}", heading);
+  const size_t at = text.find(begin);
+  if (at == std::string::npos) {
+    text += fmt::format("\n{}\n{}", heading, rows);
+    return;
+  }
+  const size_t end = std::min(text.find('\n', at + begin.size()), text.size());
+  text.insert(end, "\n" + rows.substr(0, rows.size() - 1));
+}
+
+}  // namespace
+
 std::string withLearned(const Run& run, std::optional<double> task, const std::string& text,
                         const std::string& file, int digits) {
   const LearnedSkill learned = learnedSkill(run, task);
   const ParamSpecs& parameters = learned.skill->parameters;
+  const TomlValue document = parseToml(text, file);
   std::vector<TomlNumber> numbers;
+  std::string more;  // that a skill which is like another says anew
   for (const int i : namedBy(run.meta().search.only, parameters)) {
     const std::string value = fmt::format("{:.{}g}", learned.parameters[i], digits);
     const ParamSpec& p = parameters[i];
-    numbers.push_back(
-        {{"parameters", p.name, "initial"}, std::clamp(toNumber(value, p.name), p.min, p.max)});
+    const double number = std::clamp(toNumber(value, p.name), p.min, p.max);
+    const TomlValue* said = inTable(inTable(&document, "parameters"), p.name);
+    if (!said && inTable(&document, "like")) {
+      more += fmt::format("{} = {}\n", p.name, number);
+    } else if (said && said->isNumber()) {
+      numbers.push_back({{"parameters", p.name}, number});
+    } else {
+      numbers.push_back({{"parameters", p.name, "initial"}, number});
+    }
   }
   std::string with = withNumbers(text, file, numbers);
+  if (!more.empty()) addTo(with, "[parameters]", more);
   Skill::fromText(with, file);
   return with;
 }

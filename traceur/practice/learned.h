@@ -42,7 +42,7 @@ struct LearnedFamily {
   LearnedSkill at(double task) const;
 };
 
-/// A fingerprint of the skills that a skill is made of or starts after, and of the numbers they are
+/// A fingerprint of the skills that a skill is made of, is like or starts after, and of the numbers they are
 /// given; 0 for none.
 std::uint64_t partsOf(const skill::Skill& skill);
 
@@ -62,7 +62,8 @@ LearnedFamily learnedFamily(const Run& run);
 LearnedSkill learnedSkill(const Run& run, std::optional<double> task = {});
 
 /// A skill's text with what a run has learned: the parameters that it searched begin there, found
-/// by their names. All else stays as it was written.
+/// by their names. All else stays as it was written; a skill that is like another one gets those
+/// that it did not say, first in its [parameters].
 /// @param file    of the skill, for messages
 /// @param digits  significant ones of each number, 1 to 17: all that there are
 /// @throws InputError as learnedSkill, for a parameter that the text has not, and where the text is

@@ -415,6 +415,32 @@ TEST(Learned, BecomesWhereASkillBegins) {
               "parameters.elbow.initial");
 }
 
+TEST(Learned, IsAddedToASkillThatIsLikeAnother) {
+  const TestFolder folder;
+  const std::filesystem::path file = folder / "own.toml";
+  std::ofstream(folder / "nod.toml") << nod()->text;
+  SearchOptions o = quick(64);
+  const Learned l = learn(nod(), 0.1, o, folder / "a.run", false, {});
+  const practice::Run run = practice::Run::open(folder / "a.run");
+  const auto best = l.summary.progress.best->x;
+  // None said, one said as a number, all said as a row.
+  for (const std::string own :
+       {"", "[parameters]\nelbow = 0.1\n", "[parameters]\nelbow = { initial = 0.1 }\n"}) {
+    const std::string text = "like = \"nod.toml\"\n" + own;
+    const std::string with = withLearned(run, {}, text, file.string());
+    const auto skill = Skill::fromText(with, file);
+    EXPECT_EQ(skill->initialParameters(), best) << with;
+    EXPECT_EQ(withLearned(run, {}, with, file.string()), with);
+  }
+  // What it is like belongs to what was learned.
+  std::ofstream(file) << "like = \"nod.toml\"\n";
+  const auto own = Skill::fromFile(file);
+  learn(own, 0.1, o, folder / "b.run", false, {});
+  EXPECT_NO_THROW(skillOf(practice::Run::open(folder / "b.run")));
+  std::ofstream(folder / "nod.toml", std::ios::app) << "# changed\n";
+  EXPECT_SAYS(skillOf(practice::Run::open(folder / "b.run")), "has changed since");
+}
+
 TEST(Learn, UnderGivenConditionsIsWhatTheRunRepeats) {
   const TestFolder folder;
   const auto skill =

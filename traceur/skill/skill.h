@@ -226,6 +226,7 @@ struct Skill {
   std::string name;
   std::string description;
   std::string text;  ///< the file, as it was read
+  std::string like;  ///< the text of that which it is like (skill::LikeDocument); empty: none
   std::filesystem::path file;
   std::vector<std::pair<std::string, double>> constants;
   std::shared_ptr<const sim::Model> model;

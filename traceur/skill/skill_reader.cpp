@@ -10,6 +10,7 @@
 #include "traceur/control/expression.h"
 #include "traceur/core/text.h"
 #include "traceur/skill/launch.h"
+#include "traceur/skill/like.h"
 #include "traceur/skill/part_source.h"
 #include "traceur/skill/scene_reader.h"
 #include "traceur/skill/words.h"
@@ -34,16 +35,17 @@ class SkillReader {
               const Skill* whole, Files& files)
       : whole_(whole),
         files_(&files),
-        document_(parseToml(text, file.string())),
         diagnostics_(file.string()),
+        like_(LikeDocument::read(text, file, diagnostics_, files.open)),
         words_(skill_, diagnostics_) {
     skill_.file = file;
     skill_.disturbance = disturbance;
     skill_.text = std::move(text);
+    skill_.like = like_.others;
   }
 
   std::shared_ptr<const Skill> read() {
-    const TomlReader top(document_, diagnostics_);
+    const TomlReader top(like_.document, diagnostics_);
     skill_.name = top.string("name");
     skill_.description = top.string("description", "");
     const bool chain = top.has("skill");  // without a horizon, all of its parts
@@ -181,6 +183,12 @@ class SkillReader {
     }
   }
 
+  /// Of the file that says it: a path there begins there.
+  fs::path folderOf(const TomlReader& row, std::string_view key) {
+    const TomlValue* v = row.find(key);
+    return fs::path(diagnostics_.fileOf(v ? v->line : 0)).parent_path();
+  }
+
   void readModel(const TomlReader& top) {
     sim::Scene scene;
     scene.time_step = top.number("time_step", scene.time_step);
@@ -208,7 +216,7 @@ class SkillReader {
     }
     std::string wrong;
     try {
-      sim::Robot read = sim::Robot::fromFile(findRobot(robot, skill_.file.parent_path()));
+      sim::Robot read = sim::Robot::fromFile(findRobot(robot, folderOf(top, "robot")));
       read.mass_scale *= skill_.disturbance.mass;
       scene.robot = std::make_shared<const sim::Robot>(std::move(read));
       skill_.model = sim::Model::fromScene(scene);
@@ -252,7 +260,7 @@ class SkillReader {
     skill_.model = whole_->model;
     const sim::Robot& ours = *skill_.model->robot();
     try {
-      const fs::path found = findRobot(robot, skill_.file.parent_path());
+      const fs::path found = findRobot(robot, folderOf(top, "robot"));
       const fs::path& known = ours.toml.empty() ? ours.file : ours.toml;
       std::error_code ignored;
       if (!fs::equivalent(found, known, ignored)) {
@@ -492,7 +500,7 @@ class SkillReader {
     const TomlReader set = row.table("parameters");
     PartSource source;
     if (file.empty()) return part;
-    const fs::path path = skill_.file.parent_path() / file;
+    const fs::path path = folderOf(row, "file") / file;
     try {
       const auto& open = files_->open;
       if (std::find(open.begin(), open.end(), path.lexically_normal()) != open.end()) {
@@ -503,11 +511,12 @@ class SkillReader {
             fmt::format("the {}. file: expected at most {}", files_->count, kMostFiles));
       }
       source = PartSource::fromFile(path);
+      const size_t depth = open.size();
       files_->open.push_back(path.lexically_normal());
       SkillReader reader(source.file, source.text, skill_.disturbance, &skill_, *files_);
       reader.chained_ = scope == Scope::kSetup;
       part.skill = reader.read();
-      files_->open.pop_back();
+      files_->open.resize(depth);
       if (!source.learned.empty() && source.learned.size() != part.skill->parameters.size()) {
         throw InputError(fmt::format("{}: {} numbers for {} parameters", file,
                                      source.learned.size(), part.skill->parameters.size()));
@@ -837,8 +846,8 @@ class SkillReader {
   const Skill* whole_;
   Files* files_;
   bool chained_ = false;  // a part that follows another
-  TomlValue document_;
   Diagnostics diagnostics_;
+  LikeDocument like_;
   Skill skill_;
   Words words_;
   std::map<std::pair<int, std::vector<double>>, std::vector<flight::FlightPose>> flight_poses_;
