@@ -56,9 +56,10 @@ struct Arguments {
 
 /// The condition that says what meets the ground first.
 constexpr const char* kHands = "hands";
-/// Those of how often it rolls, and of how high the box is that it comes down on first.
+/// Those of how often it rolls, and of the box that it comes down on first: how high, and where.
 constexpr const char* kRolls = "rolls";
 constexpr const char* kRoof = "roof";
+constexpr const char* kAim = "aim";
 
 /// Sets it by --strategy.
 void meetWith(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
@@ -76,6 +77,11 @@ void rollSoOften(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
          fmt::format("--rolls {}", a.rolls));
 }
 
+Starting startingOf(const Arguments& a) {
+  return {a.height.value_or(0), a.velocity.empty() ? 0 : a.velocity[0],
+          a.velocity.size() > 2 ? a.velocity[2] : 0, a.seed};
+}
+
 Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   Eigen::VectorXd x = skill.initialConditions();
   const Numbers conditions{skill.conditions, "condition", skill.name};
@@ -90,7 +96,10 @@ Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   if (a.lean) give("miss", *a.lean, "--lean");
   meetWith(a, skill, x);
   rollSoOften(a, skill, x);
-  if (const auto height = a.mishaps.roof()) give(kRoof, *height, "--onto");
+  if (const auto box = a.mishaps.box(startingOf(a))) {
+    give(kRoof, box->height, "--onto");
+    give(kAim, box->aim, "--onto");
+  }
   for (const std::string& text : a.given) assign(x, conditions, text, "--given");
   return x;
 }
@@ -331,9 +340,7 @@ int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
 
 Way wayOf(const Arguments& a, const char* name) {
   const fs::path file = skill::findSkill(a.robot, name);
-  const Starting start{a.height.value_or(0), a.velocity.empty() ? 0 : a.velocity[0],
-                       a.velocity.size() > 2 ? a.velocity[2] : 0, a.seed};
-  const auto skill = Skill::fromText(readFile(file), file, a.mishaps.changes(start));
+  const auto skill = Skill::fromText(readFile(file), file, a.mishaps.changes(startingOf(a)));
   return {skill, skill->initialParameters(), a.mishaps.meddling(*skill->model)};
 }
 
@@ -349,11 +356,11 @@ int land(const Arguments& a) {
                                           landing.skill->task.initial)
                       .parameters);
   }
-  if (a.falls > 0 && a.mishaps.roof()) {
+  if (a.falls > 0 && a.mishaps.box(startingOf(a))) {
     throw InputError("--onto: the box stands where one fall comes down: expected no --falls");
   }
-  if (a.mishaps.roof() && !a.height) {
-    throw InputError("--onto: expected --height too, from which it falls onto the box");
+  if (a.mishaps.box(startingOf(a)) && (!a.height || a.velocity.empty())) {
+    throw InputError("--onto: expected --height and --velocity too: the box stands by them");
   }
   const bool limp = a.strategy == "ragdoll";
   const Way ragdoll = limp || a.stress ? wayOf(a, kLimp) : Way{};

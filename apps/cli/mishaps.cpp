@@ -67,8 +67,9 @@ const ParamSpecs kDrags = {
     {"roll", "rad", -3.15, 3.15, 0, ""}, {"pitch", "rad", -3.15, 3.15, 0, ""},
     {"yaw", "rad", -3.15, 3.15, 0, ""}};
 const ParamSpecs kBoxes = {{"height", "m", 0.1, 10, 1.4, ""},
-                           {"length", "m", 0.5, 20, 5, ""},
-                           {"width", "m", 0.5, 20, 2, ""}};
+                           {"length", "m", 0.2, 20, 2.5, ""},
+                           {"width", "m", 0.5, 20, 2, ""},
+                           {"ahead", "m", -2, 2, 0, ""}};
 const ParamSpecs kPerturbations = {{"mass", "1", 0.5, 2, 1, ""},
                                    {"friction", "1", 0, 10, 1, ""},
                                    {"delay", "s", 0, 0.1, 0, ""},
@@ -77,22 +78,26 @@ const ParamSpecs kPerturbations = {{"mass", "1", 0.5, 2, 1, ""},
 constexpr double kEncoderNoise = 0.005;  // [rad]
 constexpr double kVelocityNoise = 0.05;  // [m/s]
 
-/// The box that it comes down on, a quarter of its length from its hind edge.
-sim::Prop boxUnder(const Starting& start, const Told& box) {
-  const double time = flight::fallTime(start.height - box["height"] - 0.9, start.up, kGravity);
+sim::Prop propOf(const Mishaps::Box& box) {
   sim::Prop prop;
   prop.name = Mishaps::kBox;
   prop.material = sim::findSurface("floor").material;
-  prop.size = {box["length"] / 2, box["width"] / 2, box["height"] / 2};
-  prop.position = {start.forward * time + box["length"] / 4, 0, box["height"] / 2};
+  prop.size = {box.length / 2, box.width / 2, box.height / 2};
+  prop.position = {box.aim + box.front - box.length / 2, 0, box.height / 2};
   return prop;
 }
 
 }  // namespace
 
-std::optional<double> Mishaps::roof() const {
-  const Told box("--onto", kBoxes, onto_);
-  return box ? std::optional(box["height"]) : std::nullopt;
+std::optional<Mishaps::Box> Mishaps::box(const Starting& start) const {
+  const Told onto("--onto", kBoxes, onto_);
+  if (!onto) return {};
+  static constexpr double kFront = 0.3;  // to leap off, but not to step off [ours]
+  Box box{.height = onto["height"], .length = onto["length"], .width = onto["width"]};
+  const double time = flight::fallTime(start.height - box.height - 0.9, start.up, kGravity);
+  box.aim = start.forward * time + onto["ahead"];
+  box.front = std::min(box.length / 2, kFront);
+  return box;
 }
 
 skill::Disturbance Mishaps::changes(const Starting& start) const {
@@ -125,7 +130,7 @@ skill::Disturbance Mishaps::changes(const Starting& start) const {
     ball.position = {-50, 0, ball.size[0]};  // until it is shot: out of the way
     changed.props.push_back(ball);
   }
-  if (const Told box("--onto", kBoxes, onto_); box) changed.props.push_back(boxUnder(start, box));
+  if (const auto onto = box(start)) changed.props.push_back(propOf(*onto));
   return changed;
 }
 
@@ -176,7 +181,7 @@ void Mishaps::addTo(CLI::App& verb) {
   told("--push", push_, "A push on the root for 0.1 s", kPushes);
   told("--cannon", cannon_, "A ball of lead is shot at it", kCannons);
   told("--drag", drag_, "It is put elsewhere, and turned, on its way", kDrags);
-  told("--onto", onto_, "A box that it comes down on before the ground", kBoxes);
+  told("--onto", onto_, "A box that it comes down on before the ground, and so far ahead", kBoxes);
   told("--perturb", perturb_, "Another body than the controller knows", kPerturbations);
 }
 

@@ -26,9 +26,15 @@ class Mishaps {
   /// The options of a verb that say them.
   void addTo(CLI::App& verb);
 
-  /// Height of the box that it comes down on before the ground [m].
+  /// The box that it comes down on before the ground.
+  struct Box {
+    double height = 0;  ///< of its top [m]
+    double length = 0, width = 0;
+    double aim = 0;    ///< where the feet should come down on it, forward from the start
+    double front = 0;  ///< its front edge's distance from there [m]
+  };
   /// @throws InputError for what is not NAME=VALUE, here and below
-  std::optional<double> roof() const;
+  std::optional<Box> box(const Starting& start) const;
   skill::Disturbance changes(const Starting& start) const;
   /// @param model  of a skill with those changes
   skill::Meddling meddling(const sim::Model& model) const;

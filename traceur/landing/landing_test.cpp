@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
+#include "traceur/core/toml.h"
 #include "traceur/landing/condition.h"
 #include "traceur/landing/falls.h"
 #include "traceur/landing/stress.h"
@@ -182,6 +184,55 @@ TEST(Landing, HandsFirstRollsAndMostlyStands) {
   }
   EXPECT_GE(rolled, 7);  // of 100 falls of another seed, 98
   EXPECT_GE(stand, 5);   // 85
+}
+
+VectorXd given(const skill::Skill& skill,
+               const std::vector<std::pair<std::string, double>>& numbers) {
+  VectorXd x = skill.initialConditions();
+  for (const auto& [name, value] : numbers) {
+    for (size_t i = 0; i < skill.conditions.size(); ++i) {
+      if (skill.conditions[i].name == name) x[static_cast<Eigen::Index>(i)] = value;
+    }
+  }
+  return x;
+}
+
+TEST(Landing, PutsItsFeetOnANarrowWallAndRollsOffIt) {
+  static constexpr double kHeight = 1.4;
+  static constexpr double kHalf = 0.2;
+  int rolled = 0;
+  for (const double ahead : {-0.2, 0.0, 0.2}) {
+    const double aim = 1.3 + ahead;  // 2.5 m/s for 0.52 s, less or more far
+    skill::Disturbance how;
+    how.props.push_back({.name = "box",
+                         .size = {kHalf, 1, kHeight / 2},
+                         .position = {aim, 0, kHeight / 2},
+                         .material = {.friction = 1, .compliance = 0.006}});
+    const std::filesystem::path file = skill::findSkill("human", "land");
+    const auto skill = skill::Skill::fromText(readFile(file), file, how);
+    sim::Recording recording;
+    Faller faller({skill, skill->initialParameters()});
+    const Fall f = faller.fall(
+        given(*skill, {{"height", 3.6}, {"forward", 2.5}, {"roof", kHeight}, {"aim", aim}}), {},
+        &recording);
+    rolled += f.verdict.rolled.has_value();
+    ASSERT_TRUE(f.verdict.touch_down);
+    // Both feet, on its top, and nothing else before it leaps off.
+    std::set<std::string> on_it;
+    for (const sim::Frame& frame : recording.frames) {
+      if (frame.state.time > *f.verdict.touch_down + 0.1) break;
+      for (const sim::Contact& c : frame.contacts) {
+        for (const sim::BodyId body : {c.body_a, c.body_b}) {
+          const std::string name = skill->model->bodyName(body);
+          if (name != "box" && name != "world") on_it.insert(name);
+        }
+        EXPECT_NEAR(c.p_WC.z(), kHeight, 0.05) << ahead;
+        EXPECT_NEAR(c.p_WC.x(), aim, kHalf + 0.01) << ahead;
+      }
+    }
+    EXPECT_EQ(on_it, (std::set<std::string>{"l_foot", "r_foot"})) << ahead;
+  }
+  EXPECT_GE(rolled, 2);
 }
 
 TEST(LandingCondition, FindsThePlanesThatItWasDrawnFrom) {
