@@ -31,12 +31,12 @@ using skill::Skill;
 
 using landing::Way;
 
-/// The skills in skills/ROBOT/ that say how it lands and how it falls limp.
-constexpr const char* kLanding = "land";
+/// The skill in skills/ROBOT/ that says how it falls limp.
 constexpr const char* kLimp = "ragdoll";
 
 struct Arguments {
   std::string robot = "human";
+  std::string skill = "land";
   std::string strategy;
   std::optional<double> height;
   std::vector<double> velocity, spin;
@@ -338,7 +338,7 @@ int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
   return kDone;
 }
 
-Way wayOf(const Arguments& a, const char* name) {
+Way wayOf(const Arguments& a, const std::string& name) {
   const fs::path file = skill::findSkill(a.robot, name);
   const auto skill = Skill::fromText(readFile(file), file, a.mishaps.changes(startingOf(a)));
   return {skill, skill->initialParameters(), a.mishaps.meddling(*skill->model)};
@@ -349,7 +349,7 @@ int land(const Arguments& a) {
   if (a.falls > 0 && !a.files.empty()) {
     throw InputError("--out: pictures are of one fall: expected no --falls");
   }
-  Way landing = wayOf(a, kLanding);
+  Way landing = wayOf(a, a.skill);
   if (!a.from.empty()) {
     landing.parameters =
         initialOf(practice::beginningFrom(practice::Run::open(a.from), landing.skill->parameters,
@@ -376,6 +376,10 @@ void addLand(CLI::App& program, int& exit_code) {
   CLI::App* verb =
       program.add_subcommand("land", "Let a body fall: fly, meet the ground, roll, get up, stand.");
   verb->add_option("--robot", a->robot, "A name under models/")->capture_default_str();
+  verb->add_option("--skill", a->skill,
+                   "Of its skills the one that lands, in skills/ROBOT/: land-dissertation is as "
+                   "published")
+      ->capture_default_str();
   verb->add_option("--strategy", a->strategy,
                    "What meets the ground first: feet, hands, or as the skill chooses (auto); "
                    "ragdoll: limp. Default: the skill's")
