@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/balance_pictures.h"
+#include "apps/cli/landing_pictures.h"
 #include "traceur/core/error.h"
 #include "traceur/core/text.h"
 #include "traceur/render/figure.h"
@@ -286,9 +287,15 @@ Json drawFigure40(std::uint64_t seed, const fs::path& file) {
 }  // namespace
 
 const std::vector<Drawing>& drawings() {
-  static const std::vector<Drawing> kAll = {{"figure-28", false, drawFigure28},
-                                            {"figure-39", true, drawFigure39},
-                                            {"figure-40", false, drawFigure40}};
+  const auto condition = [](bool hands) {
+    return [hands](std::uint64_t seed, const fs::path& file) {
+      return drawLandingCondition(hands, seed, file);
+    };
+  };
+  static const std::vector<Drawing> kAll = {
+      {"figure-10", false, condition(true)}, {"figure-11", false, condition(false)},
+      {"figure-12", true, drawAirPoses},     {"figure-28", false, drawFigure28},
+      {"figure-39", true, drawFigure39},     {"figure-40", false, drawFigure40}};
   return kAll;
 }
 

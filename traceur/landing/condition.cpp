@@ -55,7 +55,9 @@ LandingCondition learnCondition(std::span<const Fall> falls) {
   return {quantile(X, theta, kOutside), quantile(X, theta, 1 - kOutside)};
 }
 
-std::vector<VectorXd> drawTouchDowns(const skill::Skill& skill, int count, std::uint64_t seed) {
+std::vector<VectorXd> drawTouchDowns(const skill::Skill& skill, int count, std::uint64_t seed,
+                                     bool hands) {
+  const double first = hands ? 1 : 0;
   // So low that it has time for the landing's pose and for nothing else.
   const FallSet set{"touch-downs",
                     "",
@@ -64,7 +66,7 @@ std::vector<VectorXd> drawTouchDowns(const skill::Skill& skill, int count, std::
                      {"forward", -0.5, 6},
                      {"pitch_rate", -1, 4},
                      {"miss", -0.9, 0.9},
-                     {"hands", 0, 0}}};
+                     {"hands", first, first}}};
   return drawFalls(skill, set, count, seed);
 }
 

@@ -39,7 +39,9 @@ inline constexpr int kLeast = 20;        ///< [ours: four numbers of each plane]
 
 /// The conditions of a landing skill under which it begins just above the ground, in any attitude
 /// near the one it wants.
+/// @param hands  that meet the ground first, instead of the feet
 /// @throws InputError as drawFalls()
-std::vector<VectorXd> drawTouchDowns(const skill::Skill& skill, int count, std::uint64_t seed);
+std::vector<VectorXd> drawTouchDowns(const skill::Skill& skill, int count, std::uint64_t seed,
+                                     bool hands = false);
 
 }  // namespace traceur::landing

@@ -286,6 +286,51 @@ landing::Plane wantedBy(const Way& way) {
 
 }  // namespace
 
+TouchDowns touchDowns(bool hands, std::uint64_t seed) {
+  const Way way = wayOf("land");
+  const auto drawn = landing::drawTouchDowns(*way.skill, kTouchDowns, seed, hands);
+  const std::vector<Fall> falls = landing::fallAll(way, drawn, {});
+  TouchDowns t;
+  t.condition = landing::learnCondition(falls);
+  for (const Fall& f : falls) {
+    if (f.verdict.touch_down) t.all.push_back(f.verdict);
+  }
+  return t;
+}
+
+AirPoses airPoses(std::uint64_t seed) {
+  static constexpr int kFalls = 100;
+  const Way way = wayOf("land");
+  const Skill& skill = *way.skill;
+  const auto phase = std::find_if(skill.phases.begin(), skill.phases.end(),
+                                  [](const skill::Phase& p) { return p.name == "flight"; });
+  const std::vector<flight::FlightPose>& poses = phase->flight->poses;
+  AirPoses air{skill.model, {}, std::vector<int>(poses.size(), 0)};
+  for (const flight::FlightPose& pose : poses) {
+    sim::Pose at;
+    for (size_t i = 0; i < skill.model->joints().size(); ++i) {
+      at.joints[skill.model->joints()[i].name] = pose.joints[static_cast<Eigen::Index>(i)];
+    }
+    air.poses.push_back(skill.model->stateOf(at));
+  }
+  flight::FlightPlanner planner(skill.model, poses);
+  planner.landIn(phase->base);
+  sim::World world(skill.model);
+  const landing::Plane plane = wantedBy(way);
+  landing::Faller faller(way);
+  for (const VectorXd& x : landing::drawFalls(skill, landing::findFallSet("m3"), kFalls, seed)) {
+    world.reset(faller.start(x));
+    const auto wanted = [&](const flight::TouchDown& t) {
+      const sim::Vector3d heading = world.snapshot().heading();
+      return plane.at(t.velocity.z(), t.velocity.dot(heading),
+                      t.spin.dot(sim::Vector3d::UnitZ().cross(heading)));
+    };
+    const int pose = planner.plan(world.snapshot(), wanted, 0).pose;
+    ++(pose < 0 ? air.none : air.chosen[static_cast<size_t>(pose)]);
+  }
+  return air;
+}
+
 Table landingCondition() {
   Table t;
   t.name = "landing-condition";

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numeric>
+
 namespace traceur::reproduce {
 namespace {
 
@@ -29,6 +32,21 @@ TEST(LandingTables, FlyWithAsManyPosesAsTheySay) {
   EXPECT_GE(many, 0);
   EXPECT_LT(many, 2);
   EXPECT_NE(flight.run(0, 2, 3, {}).value, many);
+}
+
+TEST(AirPoses, AreSixteenAndChosenInFlight) {
+  const AirPoses air = airPoses(1);
+  ASSERT_EQ(air.poses.size(), 16U);
+  ASSERT_EQ(air.chosen.size(), 16U);
+  EXPECT_EQ(std::accumulate(air.chosen.begin(), air.chosen.end(), air.none), 100);
+  // What is chosen depends on the fall.
+  EXPECT_GE(std::count_if(air.chosen.begin(), air.chosen.end(), [](int n) { return n > 0; }), 4);
+  EXPECT_NE(airPoses(2).chosen, air.chosen);
+  for (const sim::State& pose : air.poses) {
+    EXPECT_EQ(std::count_if(air.poses.begin(), air.poses.end(),
+                            [&](const sim::State& other) { return other.q == pose.q; }),
+              1);
+  }
 }
 
 }  // namespace
