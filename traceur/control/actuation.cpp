@@ -9,8 +9,14 @@ Actuation::Actuation(StablePd pd)
     : pd_(std::move(pd)),
       model_(pd_.model()),
       gains_(pd_.gains().begin(), pd_.gains().end()),
+      interval_(model_->timeStep()),
       integral_(VectorXd::Zero(static_cast<Eigen::Index>(gains_.size()))),
       tau_(model_->nv()) {}
+
+void Actuation::holdFor(double interval) {
+  interval_ = interval;
+  pd_.holdFor(interval);
+}
 
 void Actuation::begin(const VectorXd& integral) {
   assert(integral.size() == 0 || integral.size() == integral_.size());
@@ -58,7 +64,7 @@ void Actuation::integrate(const sim::Snapshot& s, const JointTarget& target) {
     if (!(ki > 0)) continue;
     double& sum = integral_[static_cast<Eigen::Index>(i)];
     const sim::Joint& joint = model_->joints()[i];
-    sum += model_->timeStep() * (target.q[static_cast<Eigen::Index>(i)] - s.q()[joint.q]);
+    sum += interval_ * (target.q[static_cast<Eigen::Index>(i)] - s.q()[joint.q]);
     const double most = pd_.limits()[i].torque / ki;
     sum = std::clamp(sum, -most, most);
   }

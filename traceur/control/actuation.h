@@ -28,11 +28,13 @@ struct Command {
 /// with the robot's gains times the command's factors, kᵢ with the stiffness. The integral alone
 /// never asks for more than the motor's limit, so that it does not wind up [ours].
 ///
-/// Life of an actuation: begin() once a trial, torque() each step.
+/// Life of an actuation: holdFor() and begin() once a trial, torque() whenever a command is given.
 class Actuation {
  public:
   explicit Actuation(StablePd pd);
 
+  /// Each torque holds for so long; at first for the model's time step [s].
+  void holdFor(double interval);
   /// @param integral  of the errors so far, by joint [rad·s]; empty: none
   void begin(const VectorXd& integral = {});
   const VectorXd& integral() const { return integral_; }
@@ -47,6 +49,7 @@ class Actuation {
   StablePd pd_;
   std::shared_ptr<const sim::Model> model_;
   std::vector<sim::JointGain> gains_;
+  double interval_;
   VectorXd integral_;  // of q* - q, by joint [rad·s]
   VectorXd tau_;       // (nv)
 };

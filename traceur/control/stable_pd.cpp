@@ -9,6 +9,7 @@ namespace traceur::control {
 StablePd::StablePd(std::shared_ptr<const sim::Model> model, std::vector<sim::JointGain> gains)
     : model_(std::move(model)),
       gains_(std::move(gains)),
+      interval_(model_->timeStep()),
       damping_(VectorXd::Zero(model_->nv())),
       vdot_(model_->nv()) {
   assert(gains_.size() == model_->joints().size());
@@ -18,7 +19,7 @@ StablePd::StablePd(std::shared_ptr<const sim::Model> model, std::vector<sim::Joi
 void StablePd::addTorque(const sim::Snapshot& s, const JointTarget& target,
                          Eigen::Ref<VectorXd> tau, Clamp clamp, const VectorXd* integral) {
   const std::vector<sim::Joint>& joints = model_->joints();
-  const double dt = model_->timeStep();
+  const double dt = interval_;
   const auto q = s.q();
   const auto v = s.v();
   const auto summed = [&](size_t i) {

@@ -45,6 +45,9 @@ class StablePd {
   void addTorque(const sim::Snapshot& s, const JointTarget& target, Eigen::Ref<VectorXd> tau,
                  Clamp clamp = Clamp::kSum, const VectorXd* integral = nullptr);
 
+  /// Each torque holds for so long, Δt above; at first for the model's time step [s].
+  void holdFor(double interval) { interval_ = interval; }
+
   /// The limits and gains in force, by index in model.joints(); the limits are the robot's at
   /// first.
   std::span<sim::JointLimit> limits() { return limits_; }
@@ -55,6 +58,7 @@ class StablePd {
   std::shared_ptr<const sim::Model> model_;
   std::vector<sim::JointGain> gains_;
   std::vector<sim::JointLimit> limits_;
+  double interval_;
   VectorXd damping_;  // (nv), K_d Δt
   VectorXd vdot_;     // (nv)
 };

@@ -14,6 +14,8 @@ struct Moment {
   const sim::Snapshot& s;
   int step = 0;
   double time = 0;  ///< since the trial began: step · Δt [s]
+  /// Whether the controller decides at this step; else the torque of its last command holds.
+  bool decides = true;
 };
 
 /// What a robot reads of itself, with the errors of a trial's sensors. Angles are read by the PD
@@ -27,15 +29,15 @@ class Senses {
 
 /// Life of a controller, of which a trial is one:
 ///   1. begin() at the trial's first moment, with the target that held the robot until then.
-///   2. update() each step, then, unless the trial ends there, command().
+///   2. update() at each step at which it decides, then, unless the trial ends there, command().
 class Controller {
  public:
   virtual ~Controller() = default;
   virtual void begin(const Moment& m, const control::JointTarget& held) = 0;
   /// Takes up what has happened: a phase that ends, ends here, before observers look.
   virtual void update(const Moment& /*m*/) {}
-  /// What to do in this step. `c` is a new command, but for its target: that of the last step, at
-  /// first where the joints are.
+  /// What to do until it decides anew. `c` is a new command, but for its target: that of the last
+  /// step, at first where the joints are.
   virtual void command(const Moment& m, Senses& senses, control::Command& c) = 0;
 
   /// The index of what it does now in phases().
@@ -53,7 +55,7 @@ class Observer {
   virtual std::string_view ends(const Moment& /*m*/) { return {}; }
   /// @param last  no step follows
   virtual void see(const Moment& /*m*/, bool /*last*/) {}
-  /// What the motors are told next.
+  /// What the motors are told next; only where the controller decides.
   virtual void commanded(const Moment& /*m*/, const control::Command& /*c*/,
                          const sim::Torque& /*torque*/) {}
 };

@@ -43,6 +43,10 @@ Session::Session(sim::World& world, control::Actuation& actuation, Controller& c
       controller_(&controller),
       observers_(observers.begin(), observers.end()) {}
 
+int Session::stepsOf(double interval, double dt) {
+  return std::max(1, inSteps(interval, dt));
+}
+
 void Session::prepare(const TrialOptions& options) {
   options_ = options;
   trial_ = {};
@@ -50,6 +54,8 @@ void Session::prepare(const TrialOptions& options) {
   step_ = 0;
   ended_ = false;
   steps_ = inSteps(options_.horizon, world_->model().timeStep());
+  every_ = stepsOf(options_.decision_interval, world_->model().timeStep());
+  actuation_->holdFor(every_ * world_->model().timeStep());
   noise_ = Random(options_.seed, options_.stream);
   world_->watchJointForces(options_.recording != nullptr || options_.joint_forces);
   command_ = {};
@@ -103,9 +109,9 @@ bool Session::step() {
   assert(!ended_);
   const sim::Snapshot& s = world_->snapshot();
   const double dt = world_->model().timeStep();
-  const Moment m{s, step_, step_ * dt};
+  const Moment m{s, step_, step_ * dt, step_ % every_ == 0};
   const bool meddled = step_ < steps_ && meddle();
-  controller_->update(m);
+  if (m.decides) controller_->update(m);
   std::string_view why = step_ >= steps_ ? "horizon" : "";
   for (Observer* o : observers_) {
     const std::string_view word = o->ends(m);
@@ -122,6 +128,22 @@ bool Session::step() {
   if (last) return finish(m, why);
 
   push(m, meddled);
+  if (m.decides) decide(m);
+  torque_ = decided_;
+  if (!late_.empty()) {
+    late_.push_back(torque_);
+    torque_ = late_.front();
+    late_.pop_front();
+  }
+  world_->step(torque_);
+  ++step_;
+  if (!world_->diverged() && !world_->overflowed()) return true;
+  trial_.diverged = true;
+  return finish(m, world_->diverged() ? "diverged" : "too many contacts");
+}
+
+void Session::decide(const Moment& m) {
+  const sim::Snapshot& s = m.s;
   NoisySenses senses(s, options_.velocity_noise, noise_);
   command_.stiffness.resize(0);
   command_.damping.resize(0);
@@ -135,18 +157,8 @@ bool Session::step() {
     for (double& q : misread_.target.q) q -= options_.encoder_noise * noise_.normal();
     told = &misread_;
   }
-  actuation_->torque(s, *told, torque_);
-  for (Observer* o : observers_) o->commanded(m, *told, torque_);
-  if (!late_.empty()) {
-    late_.push_back(torque_);
-    torque_ = late_.front();
-    late_.pop_front();
-  }
-  world_->step(torque_);
-  ++step_;
-  if (!world_->diverged() && !world_->overflowed()) return true;
-  trial_.diverged = true;
-  return finish(m, world_->diverged() ? "diverged" : "too many contacts");
+  actuation_->torque(s, *told, decided_);
+  for (Observer* o : observers_) o->commanded(m, *told, decided_);
 }
 
 void Session::record(bool due) {

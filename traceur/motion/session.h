@@ -46,11 +46,12 @@ struct TrialOptions {
   std::vector<Push> pushes = {};
   std::vector<Drag> drags = {};
   std::vector<Shot> shots = {};
-  double delay = 0;           ///< from a state to the torque that answers it [s]
-  double encoder_noise = 0;   ///< of the angles PD control reads, standard deviation [rad | m]
-  double velocity_noise = 0;  ///< of Senses::comVelocity, by axis [m/s]
-  std::uint64_t seed = 1;     ///< of the noise
-  std::uint64_t stream = 0;   ///< of the noise
+  double decision_interval = 0;  ///< of the controller [s]; at least each step, as it is with 0
+  double delay = 0;              ///< from a state to the torque that answers it [s]
+  double encoder_noise = 0;      ///< of the angles PD control reads, standard deviation [rad | m]
+  double velocity_noise = 0;     ///< of Senses::comVelocity, by axis [m/s]
+  std::uint64_t seed = 1;        ///< of the noise
+  std::uint64_t stream = 0;      ///< of the noise
   sim::Recording* recording = nullptr;  ///< filled every kInterval when given
   bool joint_forces = false;            ///< somebody reads Snapshot::jointForces
 };
@@ -82,6 +83,8 @@ class Session {
  public:
   /// Time between a recording's frames [s].
   static constexpr double kInterval = 0.01;
+  /// How many steps of dt a controller decides once in that is to decide each interval [s].
+  static int stepsOf(double interval, double dt);
 
   Session(sim::World& world, control::Actuation& actuation, Controller& controller,
           std::span<Observer* const> observers);
@@ -110,6 +113,7 @@ class Session {
   void record(bool due);
   bool finish(const Moment& m, std::string_view why);
   bool meddle();
+  void decide(const Moment& m);
   void push(const Moment& m, bool anew);
 
   sim::World* world_;
@@ -121,12 +125,13 @@ class Session {
   double began_ = 0;  // in the world's time [s]
   int step_ = 0;
   int steps_ = 0;  // of the horizon
+  int every_ = 1;  // so many steps the controller decides
   bool ended_ = true;
   Random noise_{0};
   Hash hash_;
   control::Command command_;
-  control::Command misread_;  // the same, with the errors of encoders
-  sim::Torque torque_;
+  control::Command misread_;      // the same, with the errors of encoders
+  sim::Torque decided_, torque_;  // the latter is what the motors do, late where there is a delay
   Eigen::VectorXd peaks_;         // of joint forces since the last frame, (bodies) [N]
   std::deque<sim::Torque> late_;  // what a delay keeps back, the oldest first
 };

@@ -108,6 +108,31 @@ TEST(Session, AnObserverEndsItAndItsWordCounts) {
   EXPECT_EQ(t.ended, "enough");  // more than that time is up
 }
 
+TEST(Session, ATorqueHoldsUntilTheControllerDecidesAnew) {
+  Bench b;
+  b.controller.target = 1;
+  // Stiff enough to ring if each torque were reckoned to hold for one step of 1 ms.
+  b.actuation = control::Actuation(control::StablePd(rod(), {{.kp = 1e5, .kd = 600}}));
+  const Trial t = b.session.run(at(0), {.horizon = 1, .decision_interval = 0.005});
+  EXPECT_EQ(b.controller.commands.size(), 200u);
+  EXPECT_EQ(b.watch.torques.size(), 200u);
+  EXPECT_EQ(b.watch.seen, 1001);  // every step
+  EXPECT_NEAR(b.controller.commands[7], 0.035, 1e-12);
+  EXPECT_NEAR(t.end.q[0], 1, 1e-3);
+  EXPECT_LT(std::abs(b.watch.torques.back()), 1);
+  // What is no whole number of steps, or less than one, is rounded.
+  const auto hash = [&](double interval) -> std::uint64_t {
+    return b.session.run(at(0), {.horizon = 1, .decision_interval = interval}).hash;
+  };
+  EXPECT_EQ(hash(0.0001), hash(0));
+  EXPECT_NE(hash(0.002), hash(0));
+  // In between, a delay passes on what was decided.
+  Bench late;
+  late.controller.target = 1;
+  late.session.run(at(0), {.horizon = 0.1, .decision_interval = 0.005, .delay = 0.003});
+  EXPECT_EQ(late.controller.commands.size(), 20u);
+}
+
 TEST(Session, StepByStepIsTheSameTrial) {
   Bench b;
   b.controller.target = 1;
