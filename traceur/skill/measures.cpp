@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "traceur/motion/session.h"
+
 namespace traceur::skill {
 
 using control::Expression;
@@ -18,7 +20,9 @@ Measures::Measures(const Skill& skill, Places& places, const motion::Controller&
     : skill_(&skill),
       places_(&places),
       controller_(&controller),
-      steps_(static_cast<int>(std::lround(skill.horizon / skill.model->timeStep()))) {
+      steps_(static_cast<int>(std::lround(skill.horizon / skill.model->timeStep()))),
+      interval_(skill.model->timeStep() *
+                motion::Session::stepsOf(skill.decision_interval, skill.model->timeStep())) {
   const Expression::Lookup running = places.in(Scope::kRunning);
   for (const Measure& m : skill.measures) {
     measures_.push_back({Expression(m.of, running), maybeBound(m.when, running)});
@@ -52,6 +56,7 @@ void Measures::begin(const motion::Moment& /*m*/) {
 }
 
 std::string_view Measures::ends(const motion::Moment& m) {
+  if (!m.decides) return {};  // signals are those of then
   const int phase = controller_->phase();
   std::string_view why;
   for (size_t i = 0; i < failures_.size(); ++i) {
@@ -63,7 +68,8 @@ std::string_view Measures::ends(const motion::Moment& m) {
   return why;
 }
 
-void Measures::see(const motion::Moment& /*m*/, bool last) {
+void Measures::see(const motion::Moment& moment, bool last) {
+  if (!moment.decides) return;
   const int phase = controller_->phase();
   for (size_t i = 0; i < measures_.size(); ++i) {
     const Measure& m = skill_->measures[i];
@@ -90,7 +96,7 @@ void Measures::see(const motion::Moment& /*m*/, bool last) {
         value = first ? x : value + (x - value) / taken.seen;
         break;
       case Measure::Take::kIntegral:
-        value = (first ? 0 : value) + (last ? 0 : x * skill_->model->timeStep());
+        value = (first ? 0 : value) + (last ? 0 : x * interval_);
         break;
     }
   }

@@ -46,7 +46,8 @@ class Measures : public motion::Observer {
   const Skill* skill_;
   Places* places_;
   const motion::Controller* controller_;
-  int steps_ = 0;  // of the horizon
+  int steps_ = 0;        // of the horizon
+  double interval_ = 0;  // between the moments that are looked at [s]
   bool task_costs_ = false;
   std::vector<Taken> measures_;
   std::vector<control::Expression> failures_;

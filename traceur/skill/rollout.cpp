@@ -176,6 +176,7 @@ struct Runner::Impl {
                                        .pushes = pushesNow(),
                                        .drags = meddling.drags,
                                        .shots = meddling.shots,
+                                       .decision_interval = skill->decision_interval,
                                        .delay = d.delay,
                                        .encoder_noise = d.encoder_noise,
                                        .velocity_noise = d.velocity_noise,

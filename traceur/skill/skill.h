@@ -235,7 +235,10 @@ struct Skill {
   /// It starts where this one's trial ends, of numbers alone.
   std::optional<Part> after;
   double horizon = 0;  ///< [s]
-  std::string stop;    ///< condition that ends a trial well; empty: the horizon does
+  /// The file's time step: its controller decides so often also where a disturbance has the
+  /// simulation's time step finer [s].
+  double decision_interval = 0;
+  std::string stop;  ///< condition that ends a trial well; empty: the horizon does
   Task task;
   /// What a trial is put under, as a height to fall from: a person sets them within their ranges,
   /// practice draws them. Of none asked for, the initial ones.

@@ -196,6 +196,7 @@ class SkillReader {
       top.fail("time_step", "\"time_step\": expected seconds in [0.000001, 0.02]");
       scene.time_step = 0.001;
     }
+    skill_.decision_interval = scene.time_step;
     scene.time_step = skill_.disturbance.time_step.value_or(scene.time_step);
     const TomlReader s = top.table("scene");
     const std::vector<TomlReader> rows = readScene(s, scene);

@@ -40,7 +40,7 @@ SkillSequence::SkillSequence(const Skill& skill, Places& places)
 
 motion::Moment SkillSequence::since(const motion::Moment& m) const {
   const int step = m.step - begun_;
-  return {m.s, step, step * skill_->model->timeStep()};
+  return {m.s, step, step * skill_->model->timeStep(), m.decides};
 }
 
 void SkillSequence::begin(const motion::Moment& m, const control::JointTarget& held) {
