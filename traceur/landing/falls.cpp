@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "traceur/core/error.h"
+#include "traceur/core/lender.h"
 #include "traceur/core/random.h"
 #include "traceur/core/text.h"
 #include "traceur/core/thread_pool.h"
@@ -110,24 +111,16 @@ std::vector<Fall> fallAll(const Way& way, std::span<const VectorXd> conditions,
                           const Execution& how, std::span<const sim::State> starts) {
   std::vector<Fall> falls(conditions.size());
   ThreadPool pool(how.threads);
+  Lender<Faller> fallers([&] { return std::make_unique<Faller>(way); });
   std::mutex mutex;
-  std::vector<std::unique_ptr<Faller>> idle;
   pool.forEach(static_cast<int>(conditions.size()), [&](int n) {
     if (how.stop.stop_requested()) return;
     const auto k = static_cast<size_t>(n);
-    std::unique_ptr<Faller> faller;
-    {
-      const std::lock_guard lock(mutex);
-      if (!idle.empty()) {
-        faller = std::move(idle.back());
-        idle.pop_back();
-      }
-    }
-    if (!faller) faller = std::make_unique<Faller>(way);
-    falls[k] = faller->fall(conditions[k],
-                            starts.empty() ? std::nullopt : std::optional<sim::State>(starts[k]));
+    fallers.with([&](Faller& faller) {
+      falls[k] = faller.fall(conditions[k],
+                             starts.empty() ? std::nullopt : std::optional<sim::State>(starts[k]));
+    });
     const std::lock_guard lock(mutex);
-    idle.push_back(std::move(faller));
     if (how.on_done) how.on_done();
   });
   return falls;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -10,6 +11,7 @@
 #include <numbers>
 
 #include "traceur/core/hash.h"
+#include "traceur/core/lender.h"
 #include "traceur/core/toml.h"
 #include "traceur/landing/condition.h"
 #include "traceur/landing/stress.h"
@@ -31,37 +33,17 @@ Way wayOf(const char* name) {
   return {skill, skill->initialParameters()};
 }
 
-/// A thread's person that lands, and one that falls limp: made once, for reading them takes long.
-class Bodies {
- public:
-  struct Body {
-    Way way = wayOf("land");
-    landing::Faller lands{way};
-    landing::Faller limp{wayOf("ragdoll")};
-  };
-
-  /// Calls f with a body that nobody else has.
-  template <class F>
-  auto with(const F& f) {
-    std::unique_ptr<Body> body;
-    {
-      const std::lock_guard lock(mutex_);
-      if (!idle_.empty()) {
-        body = std::move(idle_.back());
-        idle_.pop_back();
-      }
-    }
-    if (!body) body = std::make_unique<Body>();
-    auto result = f(*body);
-    const std::lock_guard lock(mutex_);
-    idle_.push_back(std::move(body));
-    return result;
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Body>> idle_;
+/// A person that lands, and one that falls limp.
+struct Body {
+  Way way = wayOf("land");
+  landing::Faller lands{way};
+  landing::Faller limp{wayOf("ragdoll")};
 };
+using Bodies = Lender<Body>;
+
+std::shared_ptr<Bodies> bodies() {
+  return std::make_shared<Bodies>([] { return std::make_unique<Body>(); });
+}
 
 std::string landingPrints() {
   Hash hash;
@@ -121,9 +103,8 @@ Table table2() {
   for (const double off : kOff) t.columns.push_back({fmt::format("{:+g}", off), 1, 1, {}});
   t.columns[1].name = "0";
   t.made_with = landingPrints;
-  t.run = [bodies = std::make_shared<Bodies>()](int row, int column, std::uint64_t /*seed*/,
-                                                const std::stop_token&) {
-    return bodies->with([&](Bodies::Body& body) {
+  t.run = [all = bodies()](int row, int column, std::uint64_t /*seed*/, const std::stop_token&) {
+    return all->with([&](Body& body) {
       const Printed& p = kPrinted[row];
       const Fall fall = body.lands.fall(under(*body.way.skill, {{"height", p.height},
                                                                 {"forward", p.velocity[2]},
@@ -168,16 +149,29 @@ Table figure17() {
   t.ratios = {{"limp / landing", 0, 1}};
   t.center = Center::kMedian;
   t.made_with = landingPrints;
-  t.run = [bodies = std::make_shared<Bodies>()](int row, int column, std::uint64_t seed,
-                                                const std::stop_token&) {
-    return bodies->with([&](Bodies::Body& body) {
-      const auto x = landing::drawFalls(*body.way.skill, landing::findFallSet("m2"), 1, seed)[0];
-      const Fall fall = column == 1 ? body.lands.fall(x) : body.limp.fall({}, body.lands.start(x));
+  // Each fall is that of ten rows.
+  struct Known {
+    std::mutex mutex;
+    std::map<std::pair<int, std::uint64_t>, landing::Verdict> verdicts;
+  };
+  t.run = [all = bodies(), known = std::make_shared<Known>()](
+              int row, int column, std::uint64_t seed, const std::stop_token&) {
+    return all->with([&](Body& body) {
+      std::unique_lock lock(known->mutex);
+      auto at = known->verdicts.find({column, seed});
+      if (at == known->verdicts.end()) {
+        lock.unlock();
+        const auto x = landing::drawFalls(*body.way.skill, landing::findFallSet("m2"), 1, seed)[0];
+        const Fall fall =
+            column == 1 ? body.lands.fall(x) : body.limp.fall({}, body.lands.start(x));
+        lock.lock();
+        at = known->verdicts.insert({{column, seed}, fall.verdict}).first;
+      }
+      const landing::Verdict& verdict = at->second;
       const auto joints = landing::stressedJoints(*body.way.skill->model);
       const auto joint = std::find_if(joints.begin(), joints.end(),
                                       [&](const auto& j) { return j.name == kBars[row].joint; });
-      const double force = joint->stress(fall.verdict.stress);
-      return Outcome{force / 1000, !fall.verdict.touch_down.has_value()};
+      return Outcome{joint->stress(verdict.stress) / 1000, !verdict.touch_down.has_value()};
     });
   };
   return t;
@@ -212,9 +206,9 @@ Table landingAtlas() {
   t.drawn = Drawn::kMap;
   t.map = kAtlas;
   t.made_with = landingPrints;
-  t.run = [bodies = std::make_shared<Bodies>()](int row, int /*column*/, std::uint64_t seed,
-                                                const std::stop_token& stop) {
-    return bodies->with([&](Bodies::Body& body) {
+  t.run = [all = bodies()](int row, int /*column*/, std::uint64_t seed,
+                           const std::stop_token& stop) {
+    return all->with([&](Body& body) {
       Outcome outcome;
       double good = 0;
       for (int k = 0; k < kAtlas.count * kAtlas.count && !stop.stop_requested(); ++k) {
@@ -387,37 +381,38 @@ Table landingFlight() {
   t.differences = {{"4 poses - 16 poses", 1, 0}, {"1 pose - 4 poses", 2, 1}};
   t.center = Center::kMedian;
   t.made_with = landingPrints;
-  struct Fallers {
-    std::mutex mutex;
-    std::map<int, std::pair<Way, std::unique_ptr<landing::Faller>>> by_poses;
+  struct Flier {
+    Way way;
+    landing::Faller faller{way};
   };
-  t.run = [all = std::make_shared<Fallers>()](int row, int column, std::uint64_t seed,
-                                              const std::stop_token&) {
-    const std::lock_guard lock(all->mutex);
-    auto& [way, faller] = all->by_poses[column];
-    if (!faller) {
+  const auto fliers = [](int poses) {
+    return std::make_shared<Lender<Flier>>([poses] {
       const std::filesystem::path file = skill::findSkill("human", "land");
       std::string text = readFile(file);
       // A fall is over as it touches down; its flights have so many poses.
       const std::string flight = "[phase.flight]\n";
       for (size_t at = text.find(flight); at != std::string::npos; at = text.find(flight, at + 1)) {
-        text.insert(at + flight.size(), fmt::format("poses = {}\n", kPoses[column]));
+        text.insert(at + flight.size(), fmt::format("poses = {}\n", poses));
       }
       const auto skill = Skill::fromText(text, file);
-      way = {skill, skill->initialParameters()};
-      faller = std::make_unique<landing::Faller>(way);
-    }
-    VectorXd x = landing::drawFalls(*way.skill, landing::findFallSet(kSets[row]), 1, seed)[0];
-    for (size_t i = 0; i < way.skill->conditions.size(); ++i) {
-      const std::string& name = way.skill->conditions[i].name;
-      if (name == "hands") x[static_cast<Eigen::Index>(i)] = 0;
-      if (name == "practice") x[static_cast<Eigen::Index>(i)] = 1;  // no getting up
-    }
-    const landing::Verdict v = faller->fall(x).verdict;
-    const double wanted =
-        wantedBy(way).at(-v.touch_down_speed, v.touch_down_forward, v.touch_down_spin);
-    const double off = std::remainder(v.touch_down_somersault - wanted, 2 * std::numbers::pi);
-    return Outcome{std::hypot(off, v.touch_down_tilt), !v.touch_down.has_value()};
+      return std::make_unique<Flier>(Flier{.way = {skill, skill->initialParameters()}});
+    });
+  };
+  t.run = [all = std::array{fliers(kPoses[0]), fliers(kPoses[1]), fliers(kPoses[2])}](
+              int row, int column, std::uint64_t seed, const std::stop_token&) {
+    return all[static_cast<size_t>(column)]->with([&](Flier& f) {
+      VectorXd x = landing::drawFalls(*f.way.skill, landing::findFallSet(kSets[row]), 1, seed)[0];
+      for (size_t i = 0; i < f.way.skill->conditions.size(); ++i) {
+        const std::string& name = f.way.skill->conditions[i].name;
+        if (name == "hands") x[static_cast<Eigen::Index>(i)] = 0;
+        if (name == "practice") x[static_cast<Eigen::Index>(i)] = 1;  // no getting up
+      }
+      const landing::Verdict v = f.faller.fall(x).verdict;
+      const double wanted =
+          wantedBy(f.way).at(-v.touch_down_speed, v.touch_down_forward, v.touch_down_spin);
+      const double off = std::remainder(v.touch_down_somersault - wanted, 2 * std::numbers::pi);
+      return Outcome{std::hypot(off, v.touch_down_tilt), !v.touch_down.has_value()};
+    });
   };
   return t;
 }
@@ -441,7 +436,7 @@ Table landingLean() {
     std::mutex mutex;
     std::optional<landing::Plane> plane;
   };
-  t.run = [learned = std::make_shared<Plane>(), bodies = std::make_shared<Bodies>()](
+  t.run = [learned = std::make_shared<Plane>(), all = bodies()](
               int row, int column, std::uint64_t seed, const std::stop_token&) {
     landing::Plane plane;
     if (column > 0) {
@@ -449,7 +444,7 @@ Table landingLean() {
       if (!learned->plane) learned->plane = learnedFrom(wayOf("land"), 1).wanted();
       plane = *learned->plane;
     }
-    return bodies->with([&](Bodies::Body& body) {
+    return all->with([&](Body& body) {
       const auto x =
           landing::drawFalls(*body.way.skill, landing::findFallSet(kSets[row]), 1, seed)[0];
       Way way = body.way;

@@ -26,18 +26,17 @@ SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, double task, int 
 
 SkillProblem::SkillProblem(std::shared_ptr<const Skill> skill, VectorXd tasks)
     : skill_(std::move(skill)), tasks_(std::move(tasks)), task_(tasks_[0]) {
-  Runner runner(skill_);
-  if (runner.motionDependsOnTask()) {
+  const bool moves = runners_.with([](const Runner& r) { return r.motionDependsOnTask(); });
+  if (moves) {
     throw InputError(fmt::format(
         "{}: \"task\" stands elsewhere than in costs and \"achieved\", so that one trial cannot be "
         "scored for several tasks; let the cost alone depend on it",
         skill_->name));
   }
-  if (!runner.costDependsOnTask()) {
+  if (!runners_.with([](const Runner& r) { return r.costDependsOnTask(); })) {
     throw InputError(
         fmt::format("{}: no cost depends on \"task\": all tasks would be one", skill_->name));
   }
-  idle_.push_back(std::move(runner));
 }
 
 ParamSpecs SkillProblem::parameters() const {
@@ -58,51 +57,35 @@ std::vector<std::string> SkillProblem::constraints() const {
   return names;
 }
 
-Runner SkillProblem::take() const {
-  std::unique_lock lock(mutex_);
-  if (idle_.empty()) {
-    lock.unlock();
-    return Runner(skill_);
-  }
-  Runner runner = std::move(idle_.back());
-  idle_.pop_back();
-  return runner;
-}
-
-void SkillProblem::giveBack(Runner runner) const {
-  const std::lock_guard lock(mutex_);
-  idle_.push_back(std::move(runner));
-}
-
 optim::Evaluation SkillProblem::evaluate(const VectorXd& x) const {
   if (draws_ > 0) return evaluateIn(0, x);
-  Runner runner = take();
-  const Rollout rollout = runner.run(x, task_);
-  optim::Evaluation evaluation{rollout.cost, rollout.violated, rollout.diverged, {}};
-  if (tasks_.size() > 0 && !rollout.diverged) {
-    for (const double task : tasks_) evaluation.task_costs.push_back(runner.costOf(task));
-    evaluation.cost =
-        optim::meanCost(Eigen::Map<const VectorXd>(evaluation.task_costs.data(), tasks_.size()));
-  }
-  giveBack(std::move(runner));
-  return evaluation;
+  return runners_.with([&](Runner& runner) {
+    const Rollout rollout = runner.run(x, task_);
+    optim::Evaluation evaluation{rollout.cost, rollout.violated, rollout.diverged, {}};
+    if (tasks_.size() > 0 && !rollout.diverged) {
+      for (const double task : tasks_) evaluation.task_costs.push_back(runner.costOf(task));
+      evaluation.cost =
+          optim::meanCost(Eigen::Map<const VectorXd>(evaluation.task_costs.data(), tasks_.size()));
+    }
+    return evaluation;
+  });
 }
 
 optim::Evaluation SkillProblem::evaluateIn(int round, const VectorXd& x) const {
-  Runner runner = take();
   const auto all = drawnConditions(*skill_, round == 0 ? kJudged * draws_ : draws_, seed_, round);
   std::vector<int> violated(skill_->failures.size());
   VectorXd costs(static_cast<Eigen::Index>(all.size()));
   bool diverged = false;
-  for (size_t k = 0; k < all.size(); ++k) {
-    runner.under(all[k]);
-    const Rollout r = runner.run(x, task_);
-    costs[static_cast<Eigen::Index>(k)] = r.cost;
-    diverged = diverged || r.diverged;
-    for (size_t i = 0; i < violated.size(); ++i) violated[i] += r.violated[i];
-  }
-  runner.under({});
-  giveBack(std::move(runner));
+  runners_.with([&](Runner& runner) {
+    for (size_t k = 0; k < all.size(); ++k) {
+      runner.under(all[k]);
+      const Rollout r = runner.run(x, task_);
+      costs[static_cast<Eigen::Index>(k)] = r.cost;
+      diverged = diverged || r.diverged;
+      for (size_t i = 0; i < violated.size(); ++i) violated[i] += r.violated[i];
+    }
+    runner.under({});
+  });
   optim::Evaluation evaluation{optim::meanCost(costs), {}, diverged, {}};
   for (const int times : violated) {
     evaluation.violated.push_back(2 * times > static_cast<int>(all.size()));

@@ -3,10 +3,9 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
-#include <string>
 #include <vector>
 
+#include "traceur/core/lender.h"
 #include "traceur/optim/problem.h"
 #include "traceur/skill/rollout.h"
 
@@ -59,12 +58,7 @@ class SkillProblem : public optim::Problem {
   double task_ = 0;
   int draws_ = 0;
   std::uint64_t seed_ = 0;
-  Runner take() const;
-  void giveBack(Runner runner) const;
-
-  // Runners not in use; as many as there were ever threads at once.
-  mutable std::mutex mutex_;
-  mutable std::vector<Runner> idle_;
+  mutable Lender<Runner> runners_{[this] { return std::make_unique<Runner>(skill_); }};
 };
 
 }  // namespace traceur::skill
