@@ -248,9 +248,10 @@ void addLearn(CLI::App& program, int& exit_code) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   verb->add_option("--from", o.from,
                    "A run file whose best parameters the search begins at, by their names");
-  verb->add_option("--only", o.only,
-                   "Parameters to search, a * for any end, as \"squat_*\"; the others stay where "
-                   "they begin. Default: all")
+  verb->add_option(
+          "--only", o.only,
+          "Parameters to search, patterns as a shell has, \"squat_*\"; the others stay where "
+          "they begin. Default: all")
       ->delimiter(',');
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));

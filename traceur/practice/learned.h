@@ -42,8 +42,8 @@ struct LearnedFamily {
   LearnedSkill at(double task) const;
 };
 
-/// A fingerprint of the skills that a skill is made of, is like or starts after, and of the numbers they are
-/// given; 0 for none.
+/// A fingerprint of the skills that a skill is made of, is like or starts after, and of the numbers
+/// they are given; 0 for none.
 std::uint64_t partsOf(const skill::Skill& skill);
 
 /// The skill a run has practised, on the robot it has practised with.

@@ -7,6 +7,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/practice/learn.h"
+#include "traceur/practice/search.h"
 #include "traceur/practice/tasks.h"
 #include "traceur/practice/withstands.h"
 
@@ -413,6 +414,18 @@ TEST(Learned, BecomesWhereASkillBegins) {
             0.25);
   EXPECT_SAYS(withLearned(run, {}, nodWith("elbow", "bend")->text, kNod),
               "parameters.elbow.initial");
+}
+
+TEST(Search, NamesParametersAsAShellNamesFiles) {
+  ParamSpecs all;
+  for (const char* name : {"squat_hip", "squat_knee", "dive_hip"}) {
+    all.push_back({.name = name, .unit = "", .min = 0, .max = 1, .initial = 0, .help = ""});
+  }
+  EXPECT_EQ(practice::namedBy({}, all), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(practice::namedBy({"squat_*"}, all), (std::vector<int>{0, 1}));
+  EXPECT_EQ(practice::namedBy({"dive_hip", "*_hip"}, all), (std::vector<int>{0, 2}));
+  EXPECT_EQ(practice::namedBy({"squat_[hk]*"}, all), (std::vector<int>{0, 1}));
+  EXPECT_SAYS(practice::namedBy({"squat"}, all), "no parameter named \"squat\"");
 }
 
 TEST(Learned, IsAddedToASkillThatIsLikeAnother) {

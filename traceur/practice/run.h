@@ -32,8 +32,8 @@ struct SearchOptions {
   std::string curve = {};       ///< of a family: "linear" or "cubic"
   std::string experience = {};  ///< a run file whose failures teach the optimiser; "" for none
   std::string from = {};        ///< a run file where the search begins; "" for none
-  /// Of one task: the parameters that are searched, by name, "*" for any end; the others stay where
-  /// they begin. Empty: all.
+  /// Of one task: the parameters that are searched, by name or a shell's pattern, "squat_*"; the
+  /// others stay where they begin. Empty: all.
   std::vector<std::string> only = {};
   /// Of a skill with conditions: other ranges for them, as skill::underGiven reads them.
   std::vector<std::string> given = {};

@@ -1,6 +1,7 @@
 #include "traceur/practice/search.h"
 
 #include <fmt/format.h>
+#include <fnmatch.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -56,11 +57,9 @@ std::vector<int> namedBy(const std::vector<std::string>& only, const ParamSpecs&
   for (const ParamSpec& p : parameters) names.push_back(p.name);
   std::vector<bool> named(names.size(), only.empty());
   for (const std::string& pattern : only) {
-    const bool any_end = pattern.ends_with('*');
-    const std::string_view beginning(pattern.data(), pattern.size() - (any_end ? 1 : 0));
     bool found = false;
     for (size_t i = 0; i < names.size(); ++i) {
-      if (any_end ? !names[i].starts_with(beginning) : names[i] != pattern) continue;
+      if (fnmatch(pattern.c_str(), names[i].c_str(), 0) != 0) continue;
       found = named[i] = true;
     }
     if (!found) {
