@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -233,6 +234,22 @@ TEST(Landing, PutsItsFeetOnANarrowWallAndRollsOffIt) {
     EXPECT_EQ(on_it, (std::set<std::string>{"l_foot", "r_foot"})) << ahead;
   }
   EXPECT_GE(rolled, 2);
+}
+
+TEST(Landing, RunsOnIfToldTo) {
+  const auto skill = skill::Skill::fromFile(skill::findSkill("human", "land"));
+  const auto ran = std::find_if(skill->measures.begin(), skill->measures.end(),
+                                [](const skill::Measure& m) { return m.name == "ran"; });
+  ASSERT_NE(ran, skill->measures.end());
+  int far = 0;
+  for (const double height : {2.4, 2.7, 3.0}) {
+    const VectorXd x =
+        given(*skill, {{"height", height}, {"forward", 3}, {"run", 1}, {"practice", 1}});
+    const Fall f = Faller({skill, skill->initialParameters()}).fall(x);
+    EXPECT_TRUE(f.verdict.rolled);
+    far += f.rollout.measures[static_cast<size_t>(ran - skill->measures.begin())] > 2;
+  }
+  EXPECT_GE(far, 2);  // metres, upright
 }
 
 TEST(LandingCondition, FindsThePlanesThatItWasDrawnFrom) {
