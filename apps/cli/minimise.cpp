@@ -14,6 +14,7 @@
 #include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/text.h"
 #include "traceur/practice/search.h"
 #include "traceur/practice/tasks.h"
@@ -23,8 +24,6 @@ namespace {
 
 /// What happens to a trial that the command breaks down on: "fail" it, or "stop" the search.
 constexpr const char* kOnCrash = "fail";
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Arguments {
   std::vector<std::string> variables;

@@ -15,6 +15,7 @@
 #include <set>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/core/toml.h"
@@ -27,7 +28,6 @@ namespace traceur::fall {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Feet, knees and hands, which touch in this order, knees or not.
 FallProblem threeParts() {

@@ -10,6 +10,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
@@ -17,7 +18,6 @@
 namespace traceur::optim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr std::string_view kKind = "cma-es";
 constexpr std::uint64_t kStateVersion = 4;

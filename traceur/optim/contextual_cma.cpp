@@ -11,6 +11,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/optim/cma_constants.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
@@ -21,7 +22,6 @@ namespace {
 
 constexpr std::string_view kKind = "contextual";
 constexpr std::uint64_t kStateVersion = 6;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
 /// is as fast on the unimodal ones and far surer on the others].

@@ -9,6 +9,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cost.h"
 #include "traceur/optim/start.h"
@@ -18,7 +19,6 @@
 namespace traceur::optim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::string_view kKind = "curve";
 constexpr std::uint64_t kStateVersion = 2;

@@ -7,6 +7,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cost.h"
 #include "traceur/optim/start.h"
@@ -16,7 +17,6 @@
 namespace traceur::optim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint64_t kStateVersion = 2;
 constexpr std::string_view kPhi = "cma";
 constexpr std::string_view kIndividual = "individual";

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cma_c.h"
 #include "traceur/optim/one_plus_one.h"
@@ -20,7 +21,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// The stream of a run's start, apart from those of its optimiser.
 constexpr std::uint64_t kStartStream = 0x616e63686f72;  // "anchor"
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/all.h"
 #include "traceur/optim/family_baselines.h"
@@ -23,7 +23,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using skill::Skill;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A stream of the seed that no sample uses: a generation would have to be as large.
 constexpr std::uint64_t kStartStream = ~std::uint64_t{0};
 constexpr int kSweep = 51;  // tasks a learnt family is tried on [Ha2015, Fig. 34]

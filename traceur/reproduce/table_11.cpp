@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/all.h"
 #include "traceur/optim/curve_cma.h"
@@ -19,7 +19,6 @@ using optim::Evaluation;
 using optim::VectorXd;
 
 constexpr int kTasks = 6;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Streams of the seed that no sample uses: a generation would have to be as large.
 constexpr std::uint64_t kSegmentStream = ~std::uint64_t{0};
 constexpr std::uint64_t kStartStream = kSegmentStream - 1;

@@ -14,6 +14,7 @@
 #include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/sim/model.h"
 #include "traceur/sim/surface.h"
@@ -23,7 +24,6 @@ namespace traceur::sim {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::string file(const std::string& name, const std::string& bytes) {
   static const TestFolder kFolder;
