@@ -21,7 +21,7 @@ using optim::VectorXd;
 constexpr int kTasks = 6;
 /// Streams of the seed that no sample uses: a generation would have to be as large.
 constexpr std::uint64_t kSegmentStream = ~std::uint64_t{0};
-constexpr std::uint64_t kStartStream = kSegmentStream - 1;
+constexpr std::uint64_t kTable11StartStream = kSegmentStream - 1;
 
 VectorXd uniform(Random& random, int n, double half) {
   VectorXd v(n);
@@ -125,7 +125,7 @@ std::unique_ptr<optim::Optimizer> make(const optim::Problem& problem, Algorithm 
     o.lambda = 16;
     o.active = false;
     o.seed = seed;
-    Random random(seed, kStartStream);
+    Random random(seed, kTable11StartStream);
     return std::make_unique<optim::PhiCma>(problem.tasks(), 2, o,
                                            uniform(random, 2 * n, 0.5).reshaped(n, 2));
   }
