@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using Eigen::VectorXd;
 
-struct Arguments {
+struct BalanceArguments {
   std::string hardware;
   std::string method = "bias";
   std::string search = "starts";
@@ -48,11 +48,11 @@ struct Arguments {
   bool json = false;
 };
 
-bias::BongoMachine machineOf(const Arguments& a) {
+bias::BongoMachine machineOf(const BalanceArguments& a) {
   return a.hardware.empty() ? bias::BongoMachine() : bias::readBongoMachine(a.hardware);
 }
 
-bias::BongoLearning learningOf(const Arguments& a, double start_angle) {
+bias::BongoLearning learningOf(const BalanceArguments& a, double start_angle) {
   bias::BongoLearning o;
   o.start_angle = start_angle;
   o.method = bias::bongoMethod(a.method);
@@ -138,7 +138,7 @@ std::vector<LearningStep> stepsOf(const bias::BiasLearned& learned,
 }
 
 /// What this folder's runs were made with. A folder holds one learning.
-void claim(const fs::path& folder, const Arguments& a, const bias::BongoMachine& machine) {
+void claim(const fs::path& folder, const BalanceArguments& a, const bias::BongoMachine& machine) {
   Json j{{"format", "traceur balance"},
          {"version", 2},
          {"method", a.method},
@@ -164,7 +164,7 @@ void claim(const fs::path& folder, const Arguments& a, const bias::BongoMachine&
   pending.commit();
 }
 
-int learn(const Arguments& a) {
+int learn(const BalanceArguments& a) {
   Interrupt interrupt;
   const bias::BongoMachine machine = machineOf(a);
   const bias::BongoLearning o = learningOf(a, machine.start_angle);
@@ -271,7 +271,7 @@ int learn(const Arguments& a) {
   return learned.solved ? kDone : kFailed;
 }
 
-int fit(const Arguments& a) {
+int fit(const BalanceArguments& a) {
   const bias::BongoMachine machine;
   const bias::BongoLearning o =
       learningOf(a, a.angle > 0 ? a.angle * std::numbers::pi / 180 : machine.start_angle);
@@ -358,7 +358,7 @@ int fit(const Arguments& a) {
   return kDone;
 }
 
-int evaluate(const Arguments& a) {
+int evaluate(const BalanceArguments& a) {
   if (!a.video.empty() && fs::path(a.video).extension() != ".mp4") {
     throw InputError(fmt::format("--video {}: expected .mp4", a.video));
   }
@@ -395,7 +395,7 @@ int evaluate(const Arguments& a) {
   return interrupt.asked() ? kInterrupted : kDone;
 }
 
-int exportPolicy(const Arguments& a) {
+int exportPolicy(const BalanceArguments& a) {
   const std::string text = bias::cHeader(bias::readPolicy(a.policy));
   if (a.out.empty()) {
     writeResult(text);
@@ -407,7 +407,7 @@ int exportPolicy(const Arguments& a) {
   return kDone;
 }
 
-void addMethod(CLI::App* verb, Arguments* a) {
+void addMethod(CLI::App* verb, BalanceArguments* a) {
   verb->add_option("--method", a->method,
                    fmt::format("What the logs are for: {}", join(bias::bongoMethods())))
       ->capture_default_str();
@@ -422,7 +422,7 @@ void addMethod(CLI::App* verb, Arguments* a) {
 }  // namespace
 
 void addBalance(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<BalanceArguments>();
   CLI::App* verb = program.add_subcommand(
       "balance", "Learn to balance on a bongo board that is not quite as its model says.");
   verb->require_subcommand(1);

@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 using practice::LearnedSkill;
 using skill::Skill;
 
-struct Arguments {
+struct ExportArguments {
   std::string run;
   std::optional<double> task;
   std::string out;
@@ -64,7 +64,7 @@ Json said(const LearnedSkill& l, const skill::VectorText& v) {
   return {said(l, v.x), said(l, v.y), said(l, v.z)};
 }
 
-Json toJson(const LearnedSkill& l, const skill::ForceTerm& f) {
+Json forceJson(const LearnedSkill& l, const skill::ForceTerm& f) {
   const sim::Model& model = *l.skill->model;
   Json points = Json::array();
   for (const sim::BodyPoint& at : f.points) {
@@ -84,7 +84,7 @@ Json toJson(const LearnedSkill& l, const skill::ForceTerm& f) {
   return j;
 }
 
-Json toJson(const LearnedSkill& l, const std::vector<skill::GainFactor>& factors) {
+Json gainsJson(const LearnedSkill& l, const std::vector<skill::GainFactor>& factors) {
   Json j = Json::object();
   for (const skill::GainFactor& f : factors) {
     j[l.skill->model->joints()[f.joint].name] = said(l, f.factor);
@@ -111,7 +111,7 @@ bool exertsForces(const Skill& s) {
 /// What a program needs to run the skill itself: every number is worked out but what is only known
 /// as it runs. Of goals in space it says only that targets come of them: the CSV has those.
 /// @param begun  where the trial starts
-Json toJson(const LearnedSkill& l, const sim::State& begun) {
+Json skillJson(const LearnedSkill& l, const sim::State& begun) {
   const Skill& s = *l.skill;
   const auto& joints = s.model->joints();
   control::StablePd pd = skill::controllerOf(s);
@@ -155,10 +155,10 @@ Json toJson(const LearnedSkill& l, const sim::State& begun) {
           target.is_number() ? Json(v.sign * target.get<double>())
                              : Json(fmt::format("{:g} * ({})", v.sign, v.expression));
     }
-    if (!p.stiffness.empty()) phase["stiffness"] = toJson(l, p.stiffness);
-    if (!p.damping.empty()) phase["damping"] = toJson(l, p.damping);
+    if (!p.stiffness.empty()) phase["stiffness"] = gainsJson(l, p.stiffness);
+    if (!p.damping.empty()) phase["damping"] = gainsJson(l, p.damping);
     if (p.reach) phase["targets_from_goals_in_space"] = true;
-    for (const skill::ForceTerm& f : p.forces) phase["virtual_forces"].push_back(toJson(l, f));
+    for (const skill::ForceTerm& f : p.forces) phase["virtual_forces"].push_back(forceJson(l, f));
     if (!p.forces.empty()) phase["within_motor_limits"] = p.limited;
     for (const skill::Exit& e : p.exits) {
       const auto next = static_cast<size_t>(e.next);
@@ -181,7 +181,7 @@ Json toJson(const LearnedSkill& l, const sim::State& begun) {
     for (size_t i = 0; i < part.parameters.size(); ++i) {
       one.parameters[static_cast<Eigen::Index>(i)] = valueOf(l, part.parameters[i]);
     }
-    Json each = toJson(one, part.skill->start);
+    Json each = skillJson(one, part.skill->start);
     each.erase("joints");  // the whole's
     each["name"] = part.name;
     if (!part.until.empty()) each["until"] = part.until;
@@ -197,7 +197,7 @@ void write(const std::string& file, const std::string& text) {
 }
 
 /// The skill file begins where the run has ended.
-int writeInto(const Arguments& a) {
+int writeInto(const ExportArguments& a) {
   const practice::Run run = practice::Run::open(a.run);
   write(a.into, practice::withLearned(run, a.task, readFile(a.into), a.into, a.digits));
   const size_t all = run.meta().parameters.size();
@@ -210,7 +210,7 @@ int writeInto(const Arguments& a) {
   return kDone;
 }
 
-int exportRun(const Arguments& a) {
+int exportRun(const ExportArguments& a) {
   if (!a.into.empty()) return writeInto(a);
   const LearnedSkill l = practice::learnedSkill(practice::Run::open(a.run), a.task);
   const Skill& s = *l.skill;
@@ -265,7 +265,7 @@ int exportRun(const Arguments& a) {
              {"time_step", s.model->timeStep()},
              {"achieved_in_simulation", numberOrNull(r.achieved)},
              {"ended", r.ended}};
-  whole.update(toJson(l, film.frames.front().state));
+  whole.update(skillJson(l, film.frames.front().state));
   write(controller, jsonText(whole) + "\n");
   const bool forces = exertsForces(s);
   const skill::Task& t = s.task;
@@ -304,7 +304,7 @@ int exportRun(const Arguments& a) {
 }  // namespace
 
 void addExport(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ExportArguments>();
   CLI::App* verb = program.add_subcommand(
       "export",
       "Write what was learned: for servos, joint targets over time and the controller; or into the "

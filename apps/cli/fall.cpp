@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using fall::FallExperiment;
 
-struct Arguments {
+struct FallArguments {
   std::string robot;
   std::string stance;
   std::string direction = "forward";
@@ -89,7 +89,7 @@ std::string planInWords(const fall::FallProblem& problem, const FallExperiment::
 }
 
 /// What makes another plan of the same fall, for names of files: "-without-hands-literal".
-std::string variantOf(const Arguments& a) {
+std::string variantOf(const FallArguments& a) {
   std::string variant;
   for (const std::string& node : a.without) variant += "-without-" + fileNamePart(node);
   if (a.literal) variant += "-literal";
@@ -105,7 +105,7 @@ struct Ran {
   sim::Recording recording;
 };
 
-void draw(const std::vector<Ran>& runs, const Arguments& a, const fs::path& folder,
+void draw(const std::vector<Ran>& runs, const FallArguments& a, const fs::path& folder,
           const std::stop_token& stop) {
   makeFolder(folder);
   render::Figure impulse{.title = "Impulse of the last 10 ms", .panels = {{}}};
@@ -159,7 +159,7 @@ void draw(const std::vector<Ran>& runs, const Arguments& a, const fs::path& fold
   print("{}\n", (folder / "com.png").string());
 }
 
-nlohmann::json toJson(const Ran& r, const fall::FallProblem& problem) {
+nlohmann::json ranJson(const Ran& r, const fall::FallProblem& problem) {
   const fall::FallTrial& t = r.outcome.trial;
   nlohmann::json j = {{"strategy", r.strategy},
                       {"impulse_Ns", t.impulse},
@@ -183,7 +183,7 @@ nlohmann::json toJson(const Ran& r, const fall::FallProblem& problem) {
   return j;
 }
 
-int runFall(const Arguments& a) {
+int runFall(const FallArguments& a) {
   Interrupt interrupt;  // before any other thread
   const auto falls = readFalls(a.robot);
   fall::FallSetup setup =
@@ -233,7 +233,7 @@ int runFall(const Arguments& a) {
                           {"fell", true},
                           {"noticed_s", runs.front().outcome.trial.noticed},
                           {"runs", nlohmann::json::array()}};
-    for (const Ran& r : runs) all["runs"].push_back(toJson(r, experiment.problem()));
+    for (const Ran& r : runs) all["runs"].push_back(ranJson(r, experiment.problem()));
     printJson(all);
     return kDone;
   }
@@ -271,7 +271,7 @@ int runFall(const Arguments& a) {
   return interrupt.asked() ? kInterrupted : kDone;
 }
 
-int compileFalls(const Arguments& a) {
+int compileFalls(const FallArguments& a) {
   const auto falls = readFalls(a.robot);
   const fs::path folder = a.out.empty()
                               ? fs::path("runs") / ("fall-" + fileNamePart(falls->robot->name))
@@ -317,7 +317,7 @@ int compileFalls(const Arguments& a) {
 }  // namespace
 
 void addFall(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<FallArguments>();
   CLI::App* verb = program.add_subcommand(
       "fall", "Push a robot over; plan which parts touch the ground, and compare.");
   static constexpr const char* kRobot = "A name under models/, a robot's file, or its falls.toml";

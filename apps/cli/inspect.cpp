@@ -20,7 +20,7 @@
 namespace traceur::cli {
 namespace {
 
-struct Arguments {
+struct InspectArguments {
   std::string robot;
   std::string mjcf;
   std::string write;
@@ -237,7 +237,7 @@ void tell(const sim::Model& model, const nlohmann::ordered_json& j) {
   }
 }
 
-int inspect(const Arguments& a) {
+int inspect(const InspectArguments& a) {
   std::filesystem::path robot_file = skill::findRobot(a.robot, std::filesystem::current_path());
   if (!a.write.empty()) {
     writeDraft(sim::Robot::fromFile(robot_file), a.write);
@@ -259,7 +259,7 @@ int inspect(const Arguments& a) {
 }  // namespace
 
 void addInspect(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<InspectArguments>();
   CLI::App* verb = program.add_subcommand(
       "inspect", "Say what Traceur understands of a robot, and what is missing to learn with it.");
   verb->add_option("ROBOT", a->robot, "A robot's name, its robot.toml, or any MJCF or URDF file")

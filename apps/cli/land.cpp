@@ -34,7 +34,7 @@ using landing::Way;
 /// The skill in skills/ROBOT/ that says how it falls limp.
 constexpr const char* kLimp = "ragdoll";
 
-struct Arguments {
+struct LandArguments {
   std::string robot = "human";
   std::string skill = "land";
   std::string strategy;
@@ -62,7 +62,7 @@ constexpr const char* kRoof = "roof";
 constexpr const char* kAim = "aim";
 
 /// Sets it by --strategy.
-void meetWith(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
+void meetWith(const LandArguments& a, const Skill& skill, Eigen::VectorXd& x) {
   const Numbers conditions{skill.conditions, "condition", skill.name};
   const std::string where = "--strategy " + a.strategy;
   if (a.strategy == "hands") assign(x, conditions, kHands, 1, where);
@@ -71,18 +71,18 @@ void meetWith(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
 }
 
 /// Sets it by --rolls.
-void rollSoOften(const Arguments& a, const Skill& skill, Eigen::VectorXd& x) {
+void rollSoOften(const LandArguments& a, const Skill& skill, Eigen::VectorXd& x) {
   if (a.rolls == 1) return;
   assign(x, {skill.conditions, "condition", skill.name}, kRolls, a.rolls,
          fmt::format("--rolls {}", a.rolls));
 }
 
-Starting startingOf(const Arguments& a) {
+Starting startingOf(const LandArguments& a) {
   return {a.height.value_or(0), a.velocity.empty() ? 0 : a.velocity[0],
           a.velocity.size() > 2 ? a.velocity[2] : 0, a.seed};
 }
 
-Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
+Eigen::VectorXd conditionsOf(const Skill& skill, const LandArguments& a) {
   Eigen::VectorXd x = skill.initialConditions();
   const Numbers conditions{skill.conditions, "condition", skill.name};
   const auto give = [&](const char* name, double value, const char* option) {
@@ -104,7 +104,7 @@ Eigen::VectorXd conditionsOf(const Skill& skill, const Arguments& a) {
   return x;
 }
 
-Json toJson(const Fall& f) {
+Json fallJson(const Fall& f) {
   const Verdict& v = f.verdict;
   const auto time = [](const std::optional<double>& t) { return t ? Json(*t) : Json(); };
   return {{"rolls", v.rolled.has_value()},
@@ -125,28 +125,28 @@ Json toJson(const Fall& f) {
           {"hash", fmt::format("{:016x}", f.rollout.hash)}};
 }
 
-void print(const Skill& skill, const Fall& f) {
+void tellFall(const Skill& skill, const Fall& f) {
   const Verdict& v = f.verdict;
-  cli::print("{}: {}\n", skill.name,
-             v.safe()               ? "rolls, stands, and spares the head"
-             : v.stands()           ? "rolls and stands"
-             : v.rolled.has_value() ? "rolls, and does not stand"
-                                    : "does not roll");
+  print("{}: {}\n", skill.name,
+        v.safe()               ? "rolls, stands, and spares the head"
+        : v.stands()           ? "rolls and stands"
+        : v.rolled.has_value() ? "rolls, and does not stand"
+                               : "does not roll");
   const auto time = [](const char* what, const std::optional<double>& t) {
-    if (t) cli::print("{:<16} {:.3f} s\n", what, *t);
+    if (t) print("{:<16} {:.3f} s\n", what, *t);
   };
   time("touches down", v.touch_down);
   if (v.touch_down) {
-    cli::print("{:<16} {:.2f} m/s down, somersault {:.2f} rad\n", "", v.touch_down_speed,
-               v.touch_down_somersault);
+    print("{:<16} {:.2f} m/s down, somersault {:.2f} rad\n", "", v.touch_down_speed,
+          v.touch_down_somersault);
   }
   time("has rolled", v.rolled);
   time("has stood", v.stood);
-  cli::print("{:<16} {:.0f} N at most\n", "on the head", v.head_force);
-  cli::print("{:<16} {} after {:.2f} s\n", "ended", f.rollout.ended, f.rollout.time);
+  print("{:<16} {:.0f} N at most\n", "on the head", v.head_force);
+  print("{:<16} {} after {:.2f} s\n", "ended", f.rollout.ended, f.rollout.time);
 }
 
-Json toJson(const landing::StressRatio& r) {
+Json stressJson(const landing::StressRatio& r) {
   return {
       {"mean", r.mean}, {"geometric_mean", r.geometric}, {"of_sums", r.sums}, {"least", r.worst}};
 }
@@ -160,25 +160,24 @@ void tellStress(const sim::Model& model, const Verdict& ours, const Verdict& lim
                                    {"ragdoll", j.stress(limp.stress)},
                                    {"carries", j.carries}};
     }
-    (*json)["stress_ratio"] = toJson(compared(joints, limp.stress, ours.stress));
+    (*json)["stress_ratio"] = stressJson(compared(joints, limp.stress, ours.stress));
     (*json)["stress_ratio_without_ends"] =
-        toJson(compared(withoutEnds(joints), limp.stress, ours.stress));
+        stressJson(compared(withoutEnds(joints), limp.stress, ours.stress));
     return;
   }
-  cli::print("{:<14}{:>10}{:>10}{:>8}{:>12}\n", "joint", "limp [kN]", "here [kN]", "ratio",
-             "[kN/kg]");
+  print("{:<14}{:>10}{:>10}{:>8}{:>12}\n", "joint", "limp [kN]", "here [kN]", "ratio", "[kN/kg]");
   for (const landing::StressedJoint& j : joints) {
     const double here = j.stress(ours.stress);
     const double there = j.stress(limp.stress);
-    cli::print("{:<14}{:>10.2f}{:>10.2f}{:>8.1f}{:>12.3f}\n", j.name, there / 1000, here / 1000,
-               there / here, here / 1000 / j.carries);
+    print("{:<14}{:>10.2f}{:>10.2f}{:>8.1f}{:>12.3f}\n", j.name, there / 1000, here / 1000,
+          there / here, here / 1000 / j.carries);
   }
   const auto all = compared(joints, limp.stress, ours.stress);
   const auto inner = compared(withoutEnds(joints), limp.stress, ours.stress);
-  cli::print("{:<34}{:>8.2f}   {:.2f} without hands and feet\n", "mean of the ratios", all.mean,
-             inner.mean);
-  cli::print("{:<34}{:>8.2f}   {:.2f}\n", "geometric mean", all.geometric, inner.geometric);
-  cli::print("{:<34}{:>8.2f}   {:.2f}\n", "ratio of the sums", all.sums, inner.sums);
+  print("{:<34}{:>8.2f}   {:.2f} without hands and feet\n", "mean of the ratios", all.mean,
+        inner.mean);
+  print("{:<34}{:>8.2f}   {:.2f}\n", "geometric mean", all.geometric, inner.geometric);
+  print("{:<34}{:>8.2f}   {:.2f}\n", "ratio of the sums", all.sums, inner.sums);
 }
 
 /// The middle and the worst tenth of many falls' ratios, of all joints, without ends, and joint by
@@ -198,10 +197,10 @@ void tellStress(const sim::Model& model, const std::vector<Fall>& falls,
     if (json) {
       (*json)["stress_ratio"][name] = {{"median", at(all, 0.5)}, {"worst_tenth", at(all, 0.1)}};
     } else {
-      cli::print("{:<28}{:>8.2f}{:>14.2f}\n", name, at(all, 0.5), at(all, 0.1));
+      print("{:<28}{:>8.2f}{:>14.2f}\n", name, at(all, 0.5), at(all, 0.1));
     }
   };
-  if (!json) cli::print("{:<28}{:>8}{:>14}\n", "stress, limp / landing", "median", "worst tenth");
+  if (!json) print("{:<28}{:>8}{:>14}\n", "stress, limp / landing", "median", "worst tenth");
   using Vector = Eigen::VectorXd;
   for (const bool ends : {true, false}) {
     const auto some = ends ? joints : withoutEnds(joints);
@@ -217,7 +216,7 @@ void tellStress(const sim::Model& model, const std::vector<Fall>& falls,
   }
 }
 
-int many(const Arguments& a, const Way& start, const Way& way, const Way& limp,
+int many(const LandArguments& a, const Way& start, const Way& way, const Way& limp,
          Interrupt& interrupt) {
   const Skill& skill = *start.skill;
   const landing::FallSet& set = landing::findFallSet(a.set);
@@ -259,7 +258,7 @@ int many(const Arguments& a, const Way& start, const Way& way, const Way& limp,
     count(safe, v.safe());
     count(later, v.stands() && v.stands_later);
     if (!a.json) continue;
-    Json row = toJson(falls[k]);
+    Json row = fallJson(falls[k]);
     Json under;
     for (size_t c = 0; c < skill.conditions.size(); ++c) {
       under[skill.conditions[c].name] = conditions[k][static_cast<Eigen::Index>(c)];
@@ -273,10 +272,10 @@ int many(const Arguments& a, const Way& start, const Way& way, const Way& limp,
     printJson(all);
     return kDone;
   }
-  cli::print("{} falls of {} ({})\n", a.falls, set.name, set.help);
+  print("{} falls of {} ({})\n", a.falls, set.name, set.help);
   const auto tell = [](const char* what, const Share& s) {
-    cli::print("{:<16} {:>3} of {}  [{:.0f} %, {:.0f} %]\n", what, s.of, s.all, 100 * s.low(),
-               100 * s.high());
+    print("{:<16} {:>3} of {}  [{:.0f} %, {:.0f} %]\n", what, s.of, s.all, 100 * s.low(),
+          100 * s.high());
   };
   tell("roll", rolled);
   tell("stand", stands);
@@ -308,7 +307,7 @@ std::vector<double> momentsOf(const landing::Verdict& v, double end) {
   return moments;
 }
 
-int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
+int one(const LandArguments& a, const Way& start, const Way& way, const Way& limp,
         Interrupt& interrupt) {
   for (const fs::path picture : a.files) requirePicture(picture);
   const Eigen::VectorXd conditions = conditionsOf(*start.skill, a);
@@ -327,24 +326,24 @@ int one(const Arguments& a, const Way& start, const Way& way, const Way& limp,
   std::optional<Fall> limply;
   if (a.stress) limply = landing::Faller(limp).fall({}, fall.start);
   if (a.json) {
-    Json json = toJson(fall);
+    Json json = fallJson(fall);
     if (limply) tellStress(*way.skill->model, fall.verdict, limply->verdict, &json);
     printJson(json);
     return kDone;
   }
-  print(*way.skill, fall);
+  tellFall(*way.skill, fall);
   if (limply) tellStress(*way.skill->model, fall.verdict, limply->verdict, nullptr);
-  for (const std::string& picture : a.files) cli::print("{}\n", picture);
+  for (const std::string& picture : a.files) print("{}\n", picture);
   return kDone;
 }
 
-Way wayOf(const Arguments& a, const std::string& name) {
+Way wayOf(const LandArguments& a, const std::string& name) {
   const fs::path file = skill::findSkill(a.robot, name);
   const auto skill = Skill::fromText(readFile(file), file, a.mishaps.changes(startingOf(a)));
   return {skill, skill->initialParameters(), a.mishaps.meddling(*skill->model)};
 }
 
-int land(const Arguments& a) {
+int land(const LandArguments& a) {
   Interrupt interrupt;  // before any other thread
   if (a.falls > 0 && !a.files.empty()) {
     throw InputError("--out: pictures are of one fall: expected no --falls");
@@ -372,7 +371,7 @@ int land(const Arguments& a) {
 }  // namespace
 
 void addLand(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<LandArguments>();
   CLI::App* verb =
       program.add_subcommand("land", "Let a body fall: fly, meet the ground, roll, get up, stand.");
   verb->add_option("--robot", a->robot, "A name under models/")->capture_default_str();

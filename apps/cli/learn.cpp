@@ -25,7 +25,7 @@ using practice::SearchOptions;
 using skill::Skill;
 
 /// What is not given is as practice::learningOptions says.
-struct Arguments {
+struct LearnArguments {
   std::string skill_file;
   std::optional<double> task;
   std::optional<std::string> tasks;
@@ -41,7 +41,7 @@ struct Arguments {
   bool json = false;
 };
 
-SearchOptions optionsOf(const Arguments& a) {
+SearchOptions optionsOf(const LearnArguments& a) {
   SearchOptions o = a.search;
   if (a.tasks) {
     const SearchOptions family = practice::learningOptions(practice::toTasks(*a.tasks, "--tasks"));
@@ -83,7 +83,7 @@ void tellBeginning(const Learned& l, const SearchOptions& o) {
             : fmt::format(" ({} moved into the range here)", join(l.beginning->moved)));
 }
 
-void report(const Arguments& a, const Skill& skill, double task, const SearchOptions& o,
+void report(const LearnArguments& a, const Skill& skill, double task, const SearchOptions& o,
             const Learned& l, const std::string& out) {
   const optim::Trial& best = *l.summary.progress.best;
   const skill::Rollout& r = *l.best;
@@ -127,8 +127,8 @@ void report(const Arguments& a, const Skill& skill, double task, const SearchOpt
         out);
 }
 
-void reportFamily(const Arguments& a, const Skill& skill, const SearchOptions& o, const Learned& l,
-                  const std::string& out) {
+void reportFamily(const LearnArguments& a, const Skill& skill, const SearchOptions& o,
+                  const Learned& l, const std::string& out) {
   const Eigen::VectorXd& tasks = o.tasks;
   if (a.json) {
     Json j{{"skill", skill.name},
@@ -172,7 +172,7 @@ void tellNothing(const Learned& l, const SearchOptions& o) {
        more ? "; --resume with a larger --budget goes on" : "");
 }
 
-int learn(const Arguments& a) {
+int learn(const LearnArguments& a) {
   Interrupt interrupt;  // before any other thread
   const std::shared_ptr<const Skill> skill = Skill::fromFile(a.skill_file);
   SearchOptions o = optionsOf(a);
@@ -204,7 +204,7 @@ int learn(const Arguments& a) {
 }  // namespace
 
 void addLearn(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<LearnArguments>();
   CLI::App* verb = program.add_subcommand(
       "learn", "Practise a skill: search its parameters until the motion does what it asks.");
   SearchOptions& o = a->search;

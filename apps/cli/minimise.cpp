@@ -14,6 +14,7 @@
 #include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/text.h"
 #include "traceur/practice/search.h"
 #include "traceur/practice/tasks.h"
@@ -24,9 +25,7 @@ namespace {
 /// What happens to a trial that the command breaks down on: "fail" it, or "stop" the search.
 constexpr const char* kOnCrash = "fail";
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-struct Arguments {
+struct MinimiseArguments {
   std::vector<std::string> variables;
   std::vector<std::string> constraints;
   std::vector<std::string> command;
@@ -75,7 +74,7 @@ ParamSpec toVariable(const std::string& text) {
   return p;
 }
 
-ExternalFunction toFunction(const Arguments& a) {
+ExternalFunction toFunction(const MinimiseArguments& a) {
   ExternalFunction f;
   f.command = a.command;
   for (const std::string& text : a.variables) f.variables.push_back(toVariable(text));
@@ -100,7 +99,7 @@ ExternalFunction toFunction(const Arguments& a) {
   return f;
 }
 
-practice::RunMeta toMeta(const Arguments& a, const ExternalFunction& f) {
+practice::RunMeta toMeta(const MinimiseArguments& a, const ExternalFunction& f) {
   return {.search = {.seed = a.seed,
                      .budget = a.budget,
                      .optimiser = a.optimiser,
@@ -115,7 +114,7 @@ practice::RunMeta toMeta(const Arguments& a, const ExternalFunction& f) {
                                             .variables = join(a.variables, ", ")}};
 }
 
-void report(const Arguments& a, const ExternalFunction& f, const optim::Summary& summary,
+void report(const MinimiseArguments& a, const ExternalFunction& f, const optim::Summary& summary,
             const optim::Optimizer& optimiser, const std::string& out) {
   const optim::Progress& p = summary.progress;
   nlohmann::ordered_json j;
@@ -183,8 +182,8 @@ class Breakdowns {
   std::atomic<int> count_ = 0;
 };
 
-int minimise(const Arguments& arguments) {
-  Arguments a = arguments;
+int minimise(const MinimiseArguments& arguments) {
+  MinimiseArguments a = arguments;
   Interrupt interrupt;  // before any other thread
   const ExternalFunction function = toFunction(a);
   if (function.tasks.size() > 0 && !a.experience.empty()) {
@@ -246,7 +245,7 @@ int minimise(const Arguments& arguments) {
 }  // namespace
 
 void addMinimise(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<MinimiseArguments>();
   CLI::App* verb = program.add_subcommand(
       "minimise", "Search the arguments of a function that your own program computes.");
   verb->add_option(

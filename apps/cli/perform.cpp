@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMostInName = 8;  // tasks that the name of a strip lists
 
-struct Arguments {
+struct PerformArguments {
   std::string run;
   std::optional<std::string> tasks;
   int sweep = 0;
@@ -54,7 +54,7 @@ std::vector<practice::LearnedSkill> asked(const std::string& words,
 }
 
 /// The tasks that were asked for, one strip under the other.
-int performTasks(const Arguments& a, const practice::LearnedFamily& f) {
+int performTasks(const PerformArguments& a, const practice::LearnedFamily& f) {
   const skill::Task& t = f.skill->task;
   nlohmann::ordered_json j;
   std::vector<render::TitledRecording> recordings;
@@ -86,7 +86,7 @@ int performTasks(const Arguments& a, const practice::LearnedFamily& f) {
 }
 
 /// The whole range: a CSV and a figure of the error.
-int sweep(const Arguments& a, const practice::LearnedFamily& f) {
+int sweep(const PerformArguments& a, const practice::LearnedFamily& f) {
   requireAchieved(*f.skill);
   const skill::Task& t = f.skill->task;
   const Eigen::VectorXd tasks =
@@ -167,7 +167,7 @@ int sweep(const Arguments& a, const practice::LearnedFamily& f) {
   return fails > 0 ? kFailed : exitCode(within == a.sweep);
 }
 
-int perform(const Arguments& a) {
+int perform(const PerformArguments& a) {
   const practice::LearnedFamily f = practice::learnedFamily(practice::Run::open(a.run));
   if (a.perturb) {
     return perturb(f, {.run = a.run,
@@ -185,7 +185,7 @@ int perform(const Arguments& a) {
 }  // namespace
 
 void addPerform(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<PerformArguments>();
   CLI::App* verb = program.add_subcommand(
       "perform", "Let a learned family do a task of its range, without practising again.");
   verb->add_option("RUN", a->run, "Run file of traceur learn --tasks")->required();

@@ -8,7 +8,11 @@
 
 namespace traceur::cli {
 
+namespace {
+
 using Json = nlohmann::ordered_json;
+
+}  // namespace
 
 Json numberOrNull(double x) {
   return std::isfinite(x) ? Json(x) : Json();

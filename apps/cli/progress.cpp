@@ -24,7 +24,7 @@ constexpr int kShortTitle = 12;           // columns: of a longer one so much st
 constexpr double kEveryOnTerminal = 0.1;  // [s]
 constexpr double kEveryElsewhere = 5;     // [s]: a log stays readable
 
-std::string note(const optim::Progress& p) {
+std::string inWords(const optim::Progress& p) {
   if (!p.best) return "";
   std::string text = fmt::format("best {:.3g}", p.best->evaluation.cost);
   if (!p.best->evaluation.feasible()) text += " (failing)";
@@ -33,7 +33,7 @@ std::string note(const optim::Progress& p) {
 }
 
 /// What each task costs on the best curve, while there is room; else their mean and the worst.
-std::string note(const optim::Family& family) {
+std::string inWords(const optim::Family& family) {
   static constexpr size_t kRoom = 8;
   std::string text = fmt::format("mean {:.2g}, tasks", family.cost);
   if (family.task_costs.size() > kRoom) {
@@ -103,9 +103,9 @@ void SearchLine::show(const optim::Progress& p, const std::optional<optim::Famil
     return;
   }
   line_->update(p.evaluations,
-                family      ? note(*family)
+                family      ? inWords(*family)
                 : families_ ? "no curve has been run yet"
-                            : note(p),
+                            : inWords(p),
                 "trials/s");
 }
 

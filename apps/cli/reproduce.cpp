@@ -21,7 +21,7 @@ namespace {
 
 using namespace reproduce;
 
-struct Arguments {
+struct ReproduceArguments {
   std::string name;
   int seeds = 0;
   bool full = false;
@@ -49,16 +49,16 @@ std::string range(const Interval& i) {
 }
 
 /// null for what is not there; JSON has no word for infinity, so that one is a text.
-nlohmann::ordered_json toJson(double x) {
+nlohmann::ordered_json numberOrWord(double x) {
   if (std::isinf(x)) return x > 0 ? "inf" : "-inf";
   return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x);
 }
 
-nlohmann::ordered_json toJson(const RatioSummary& r) {
-  return {{"ratio", toJson(r.value)},
-          {"low", toJson(r.interval.low)},
-          {"high", toJson(r.interval.high)},
-          {"paper", toJson(r.printed)}};
+nlohmann::ordered_json ratioJson(const RatioSummary& r) {
+  return {{"ratio", numberOrWord(r.value)},
+          {"low", numberOrWord(r.interval.low)},
+          {"high", numberOrWord(r.interval.high)},
+          {"paper", numberOrWord(r.printed)}};
 }
 
 nlohmann::ordered_json asJson(const Table& t, const Summary& s) {
@@ -70,15 +70,15 @@ nlohmann::ordered_json asJson(const Table& t, const Summary& s) {
     nlohmann::ordered_json row{{"row", t.rows[r].name}, {"quantity", t.rows[r].quantity}};
     for (size_t c = 0; c < t.columns.size(); ++c) {
       const CellSummary& cell = s.cells[r][c];
-      row["columns"][t.columns[c].name] = {{"paper", toJson(cell.printed)},
-                                           {"ours", cell.runs ? toJson(cell.value) : nullptr},
-                                           {"low", toJson(cell.interval.low)},
-                                           {"high", toJson(cell.interval.high)},
+      row["columns"][t.columns[c].name] = {{"paper", numberOrWord(cell.printed)},
+                                           {"ours", cell.runs ? numberOrWord(cell.value) : nullptr},
+                                           {"low", numberOrWord(cell.interval.low)},
+                                           {"high", numberOrWord(cell.interval.high)},
                                            {"runs", cell.runs},
                                            {"missed", cell.missed}};
     }
     for (size_t i = 0; i < t.ratios.size(); ++i) {
-      row["ratios"][t.ratios[i].name] = toJson(s.ratios[r][i]);
+      row["ratios"][t.ratios[i].name] = ratioJson(s.ratios[r][i]);
     }
     for (size_t i = 0; i < t.differences.size(); ++i) {
       const PairedDifference& d = s.differences[r][i];
@@ -94,7 +94,7 @@ nlohmann::ordered_json asJson(const Table& t, const Summary& s) {
   for (const Summary::Group& g : s.groups) {
     nlohmann::ordered_json group{{"group", g.name}, {"rows", g.rows}};
     for (size_t i = 0; i < t.ratios.size(); ++i) {
-      group["geometric_mean_ratios"][t.ratios[i].name] = toJson(g.ratios[i]);
+      group["geometric_mean_ratios"][t.ratios[i].name] = ratioJson(g.ratios[i]);
     }
     j["groups"].push_back(std::move(group));
   }
@@ -205,7 +205,7 @@ std::vector<bool> chosen(const std::vector<T>& named, const std::vector<std::str
 }
 
 /// A figure that is drawn anew each time, without a CSV.
-int draw(const Drawing& drawing, const Arguments& a) {
+int draw(const Drawing& drawing, const ReproduceArguments& a) {
   const std::string out = a.out.empty() ? fmt::format("runs/{}.png", drawing.name) : a.out;
   const std::filesystem::path file(out);
   const std::pair<const char*, bool> of_runs[] = {
@@ -236,7 +236,7 @@ int draw(const Drawing& drawing, const Arguments& a) {
   return kDone;
 }
 
-int reproduceTable(const Arguments& a) {
+int reproduceTable(const ReproduceArguments& a) {
   for (const Drawing& drawing : drawings()) {
     if (drawing.name == a.name) return draw(drawing, a);
   }
@@ -309,7 +309,7 @@ int reproduceTable(const Arguments& a) {
 }  // namespace
 
 void addReproduce(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ReproduceArguments>();
   CLI::App* verb = program.add_subcommand(
       "reproduce", "Run a published table again; print the paper's numbers beside ours.");
   std::vector<std::string> names;

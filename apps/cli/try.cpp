@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using practice::LearnedSkill;
 using skill::Skill;
 
-struct Arguments {
+struct TryArguments {
   std::string skill_file;
   std::vector<std::string> values;
   std::vector<std::string> given;
@@ -45,7 +45,7 @@ void printAll(const char* title, const nlohmann::ordered_json& values) {
   }
 }
 
-void report(const Arguments& a, const LearnedSkill& what, const Performance& p) {
+void report(const TryArguments& a, const LearnedSkill& what, const Performance& p) {
   const Skill& skill = *what.skill;
   const auto objectives = toJson(practice::objectivesOf(skill, p.rollout));
   const auto measures = toJson(practice::measuresOf(skill, p.rollout));
@@ -73,7 +73,7 @@ void report(const Arguments& a, const LearnedSkill& what, const Performance& p) 
   for (const std::string& file : a.files) print("{}\n", file);
 }
 
-int trySkill(const Arguments& a) {
+int trySkill(const TryArguments& a) {
   Interrupt interrupt;  // before any other thread
   const std::shared_ptr<const Skill> skill = Skill::fromFile(a.skill_file);
   const LearnedSkill what{
@@ -100,7 +100,7 @@ int trySkill(const Arguments& a) {
 }  // namespace
 
 void addTry(CLI::App& program, int& exit_code) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<TryArguments>();
   CLI::App* verb = program.add_subcommand(
       "try", "Run a skill once, unpractised: what each objective and measure says of it.");
   verb->add_option("SKILL", a->skill_file, "Skill file (TOML)")->required();

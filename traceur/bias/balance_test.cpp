@@ -5,15 +5,10 @@
 #include <cmath>
 
 #include "traceur/bias/bongo_hardware.h"
+#include "traceur/bias/test_states.h"
 
 namespace traceur::bias {
 namespace {
-
-VectorXd tilted(double ab) {
-  VectorXd x = VectorXd::Zero(6);
-  x[1] = ab;
-  return x;
-}
 
 /// A gain that balances, found by others for the same model.
 BalancePolicy known() {

@@ -5,16 +5,11 @@
 #include <cmath>
 
 #include "traceur/bias/faulty_bongo_board.h"
+#include "traceur/bias/test_states.h"
 #include "traceur/core/random.h"
 
 namespace traceur::bias {
 namespace {
-
-VectorXd tilted(double ab) {
-  VectorXd x = VectorXd::Zero(6);
-  x[1] = ab;
-  return x;
-}
 
 VectorXd torque(double u) {
   return VectorXd::Constant(1, u);

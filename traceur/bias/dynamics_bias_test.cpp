@@ -7,6 +7,7 @@
 
 #include "traceur/bias/bongo_board.h"
 #include "traceur/bias/bongo_hardware.h"
+#include "traceur/bias/test_states.h"
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
 
@@ -50,10 +51,6 @@ RunLog drive(P& plant, const VectorXd& x0, int steps, const std::function<double
     log.x.col(t + 1) = plant.state();
   }
   return log;
-}
-
-bool all(const VectorXd&) {
-  return true;
 }
 
 TEST(DynamicsBias, OfAPlantThatDiffersByALineIsThatLine) {

@@ -4,6 +4,7 @@
 
 #include "traceur/bias/bongo_learning.h"
 #include "traceur/bias/faulty_bongo_board.h"
+#include "traceur/bias/test_states.h"
 #include "traceur/core/random.h"
 
 namespace traceur::bias {
@@ -25,10 +26,6 @@ RunLog drive(Plant& plant, const VectorXd& x0) {
     log.x.col(t + 1) = plant.state();
   }
   return log;
-}
-
-bool all(const VectorXd&) {
-  return true;
 }
 
 TEST(NoisyPlant, MovesAsThePlantAndShowsItWithNoise) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/optim/cma_es.h"
 #include "traceur/optim/minimise.h"
 
@@ -27,7 +28,6 @@ class Trials {
   double operator()(const VectorXd& x) {
     ++found_.trials;
     const double c = cost_(x);
-    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
     if (!(c > -kInfinity)) return kInfinity;  // NaN too
     if (c < found_.cost || found_.parameters.size() == 0) {
       found_.cost = c;

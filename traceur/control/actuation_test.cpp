@@ -15,13 +15,13 @@ std::shared_ptr<const sim::Model> rod() {
   return kModel;
 }
 
-struct Bench {
+struct HingeBench {
   sim::World world{rod()};
   Actuation actuation;
   Command command;
   sim::Torque torque;
 
-  Bench() : actuation(limited()) {
+  HingeBench() : actuation(limited()) {
     world.reset({0, VectorXd::Zero(1), VectorXd::Zero(1)});
     command.target.q = VectorXd::Constant(1, 0.1);
   }
@@ -42,7 +42,7 @@ double pd(double expected) {
 }
 
 TEST(Actuation, GainsAreTheRobotsTimesTheCommandsFactors) {
-  Bench b;
+  HingeBench b;
   EXPECT_NEAR(b(), pd(0), 1e-9);
   b.command.stiffness = VectorXd::Constant(1, 0.5);
   EXPECT_NEAR(b(), 5 - 5.0 / 2, 1e-9);
@@ -56,7 +56,7 @@ TEST(Actuation, GainsAreTheRobotsTimesTheCommandsFactors) {
 }
 
 TEST(Actuation, ForcesAreExpectedOrNotAndLimitedOrNot) {
-  Bench b;
+  HingeBench b;
   // 30 N m about the hinge: at 1 m along -z about +y pushes x; both as forces on the rod's body.
   b.command.forces = {{.body = rod()->body("rod"), .p_BP = {0, 0, 1}, .f = {30, 0, 0}}};
   EXPECT_NEAR(b(), 30 + pd(30), 1e-9);

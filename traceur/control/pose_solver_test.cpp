@@ -10,7 +10,7 @@ namespace {
 
 using sim::Vector3d;
 
-class Bench {
+class RobotBench {
  public:
   std::shared_ptr<const sim::Model> model =
       sim::Model::fromScene({.robot = std::make_shared<const sim::Robot>(
@@ -19,7 +19,7 @@ class Bench {
   VectorXd wanted;
   sim::World world{model};
 
-  Bench() : wanted(model->joints().size()) {
+  RobotBench() : wanted(model->joints().size()) {
     for (size_t i = 0; i < model->joints().size(); ++i) {
       wanted[static_cast<Eigen::Index>(i)] = stand.q[model->joints()[i].q];
     }
@@ -50,7 +50,7 @@ class Bench {
 };
 
 TEST(PoseSolver, PutsTheComWhereItShouldBeOverFeetThatStay) {
-  Bench b;
+  RobotBench b;
   std::vector<PoseGoal> goals = b.feet();
   const Vector3d com = b.at(b.stand).com();
   goals.push_back(
@@ -75,7 +75,7 @@ TEST(PoseSolver, PutsTheComWhereItShouldBeOverFeetThatStay) {
 }
 
 TEST(PoseSolver, WithoutGoalsItTakesThePoseThatIsWanted) {
-  Bench b;
+  RobotBench b;
   VectorXd other = b.wanted;
   other[b.all()[3]] += 0.4;
   const sim::State pose = PoseSolver(b.model, b.all()).solve({}, b.stand, other);
@@ -84,7 +84,7 @@ TEST(PoseSolver, WithoutGoalsItTakesThePoseThatIsWanted) {
 }
 
 TEST(PoseSolver, MovesOnlyWhatMayMove) {
-  Bench b;
+  RobotBench b;
   const int hand = b.model->joint("l_hand").v - 6;
   const int arm = b.model->joint("l_shoulder").v - 6;
   ASSERT_EQ(b.model->joints()[hand].name, "l_hand");
@@ -105,7 +105,7 @@ TEST(PoseSolver, MovesOnlyWhatMayMove) {
 }
 
 TEST(PoseSolver, ReachesADistanceAndSaysWhatIsLeftOfOneItCannot) {
-  Bench b;
+  RobotBench b;
   PoseSolver solver(b.model, b.all());
   const auto apart = [&](double distance, double* error) {
     const sim::State pose =
@@ -124,7 +124,7 @@ TEST(PoseSolver, ReachesADistanceAndSaysWhatIsLeftOfOneItCannot) {
 }
 
 TEST(PoseSolver, HeavierGoalsAreMissedByLess) {
-  Bench b;
+  RobotBench b;
   const Vector3d p = b.at(b.stand).bodyPosition(b.model->body("torso"));
   const auto height = [&](double weight) {
     const sim::State pose = PoseSolver(b.model, b.all())
@@ -138,7 +138,7 @@ TEST(PoseSolver, HeavierGoalsAreMissedByLess) {
 }
 
 TEST(PoseSolver, EqualArgumentsGiveEqualBits) {
-  Bench b;
+  RobotBench b;
   std::vector<PoseGoal> goals = b.feet();
   goals.push_back({.of = {.com = true}, .z = 0.15});
   PoseSolver used(b.model, b.all());

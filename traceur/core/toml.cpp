@@ -15,9 +15,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <map>
 
+#include "traceur/core/infinity.h"
 #include "traceur/core/text.h"
 
 namespace traceur {
@@ -171,7 +171,6 @@ double TomlReader::number(std::string_view key, double otherwise) const {
 }
 
 double TomlReader::numberOrInfinity(std::string_view key) const {
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const TomlValue* v = find(key);
   return v && v->isNumber() && v->number() == kInfinity ? kInfinity : number(key);
 }

@@ -26,7 +26,7 @@ using sim::Vector3d;
 
 constexpr double kG = 9.81;
 
-FallRobot fallsOf(const std::string& robot) {
+FallRobot readFalls(const std::string& robot) {
   return FallRobot::fromFile("models/" + robot + "/falls.toml");
 }
 
@@ -198,8 +198,8 @@ struct ByHand {
 };
 
 TEST(FallTrial, IsWhatASimulationByHandMeasures) {
-  const FallRobot bioloid = fallsOf("bioloid-gp");
-  const FallRobot atlas = fallsOf("atlas");
+  const FallRobot bioloid = readFalls("bioloid-gp");
+  const FallRobot atlas = readFalls("atlas");
   const FallProtocol coarse{
       .time_step = 0.001, .window = 0.012, .settle = 0.9, .ground = {.compliance = 0.006}};
   const FallProtocol fine{.settle = 0.5};
@@ -391,7 +391,7 @@ FallMotion::Stage stageTo(const FallSetup& setup, int node, double duration, dou
 }
 
 TEST(FallTrial, APlanIsFollowedPoseByPoseAndAskedForAgain) {
-  FallRobot falls = fallsOf("atlas");
+  FallRobot falls = readFalls("atlas");
   FallSetup setup = falls.setup("two_feet", "forward");
   setup.quick.stiffness = 0.6;
   falls.tracking = {.damping = 0.4,
@@ -435,7 +435,7 @@ TEST(FallTrial, APlanIsFollowedPoseByPoseAndAskedForAgain) {
 }
 
 TEST(FallTrial, WithoutAPlanThePoseIsKept) {
-  const FallRobot falls = fallsOf("bioloid-gp");
+  const FallRobot falls = readFalls("bioloid-gp");
   FallSimulator simulator(falls, falls.setups[0], {.time_step = 0.001, .settle = 0.6});
   const FallTrial held = simulator.run({1.5}, "hold");
   for (const auto& answer : {std::optional<FallMotion>(), std::optional(FallMotion{})}) {
@@ -449,7 +449,7 @@ TEST(FallTrial, WithoutAPlanThePoseIsKept) {
 }
 
 TEST(FallTrial, EndsWhereNothingFallsOrTheNumbersDo) {
-  const FallRobot falls = fallsOf("atlas");
+  const FallRobot falls = readFalls("atlas");
   FallSimulator simulator(falls, falls.setup("two_feet", "forward"),
                           {.time_step = 0.001, .patience = 0.3});
   sim::Recording recording;
@@ -467,7 +467,7 @@ TEST(FallTrial, EndsWhereNothingFallsOrTheNumbersDo) {
 }
 
 TEST(FallSimulator, IsDisturbedAsAnyTrialIs) {
-  const FallRobot falls = fallsOf("bioloid-gp");
+  const FallRobot falls = readFalls("bioloid-gp");
   FallSimulator simulator(falls, falls.setups[0], {.time_step = 0.001, .settle = 0.6});
   const double alone = simulator.run({1.5}, "hold").impulse;
   EXPECT_NE(simulator.run({1.5}, "hold", {}, {.delay = 0.02}).impulse, alone);
@@ -483,7 +483,7 @@ TEST(FallSimulator, IsDisturbedAsAnyTrialIs) {
 }
 
 TEST(WaysToFall, EachIsAControllerThatKeepsToItsRules) {
-  const FallRobot bioloid = fallsOf("bioloid-gp");
+  const FallRobot bioloid = readFalls("bioloid-gp");
   std::set<std::string_view> names;
   for (const WayToFall& way : allWays()) {
     SCOPED_TRACE(way.name);
@@ -510,7 +510,7 @@ TEST(WaysToFall, EachIsAControllerThatKeepsToItsRules) {
 }
 
 TEST(FallTrial, AStanceStandsOnItsFirstNodeForHalfASecond) {
-  const FallRobot bioloid = fallsOf("bioloid-gp");
+  const FallRobot bioloid = readFalls("bioloid-gp");
   FallSetup setup = bioloid.setups[0];
   const auto complaint = [&](const FallRobot& falls) -> std::string {
     try {
@@ -574,7 +574,7 @@ FallPlan heelAndToes() {
 }
 
 TEST(FallMotion, HasThePosesOfEquation19OnTheWayAndThenRests) {
-  const FallRobot falls = fallsOf("bioloid-gp");
+  const FallRobot falls = readFalls("bioloid-gp");
   const auto model = sim::Model::fromScene({.robot = falls.robot});
   const SagittalBody body(model, falls.setups[0]);
   const sim::State pose = model->stateOf(falls.robot->poses.at("one_foot"));
@@ -620,7 +620,7 @@ TEST(FallMotion, HasThePosesOfEquation19OnTheWayAndThenRests) {
 }
 
 TEST(FallMotion, OfAPlanWithoutContactsIsARestOverThoseThatWereMade) {
-  const FallRobot falls = fallsOf("bioloid-gp");
+  const FallRobot falls = readFalls("bioloid-gp");
   const auto model = sim::Model::fromScene({.robot = falls.robot});
   const SagittalBody body(model, falls.setups[0]);
   const sim::State pose = model->stateOf(falls.robot->poses.at("one_foot"));
@@ -647,7 +647,7 @@ TEST(FallMotion, OfAPlanWithoutContactsIsARestOverThoseThatWereMade) {
 }
 
 TEST(FallExperiment, PlansAsItsOptionsSay) {
-  const auto falls = std::make_shared<const FallRobot>(fallsOf("bioloid-gp"));
+  const auto falls = std::make_shared<const FallRobot>(readFalls("bioloid-gp"));
   FallExperimentOptions options;
   options.problem.poses = 1500;
   options.protocol = {.time_step = 0.001, .settle = 0.5};
@@ -689,7 +689,7 @@ TEST(FallExperiment, PlansAsItsOptionsSay) {
 }
 
 TEST(FallExperiment, RefusesAPlanThatCostsMoreThanThePoseUnlessItIsToldTo) {
-  const auto falls = std::make_shared<const FallRobot>(fallsOf("bioloid-gp"));
+  const auto falls = std::make_shared<const FallRobot>(readFalls("bioloid-gp"));
   // With nothing but the head to fall on.
   FallSetup setup = falls->setups[0];
   for (const char* node : {"hands", "left-heel", "left-toes"}) setup = setup.without(node);

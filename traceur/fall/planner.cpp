@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numbers>
 
+#include "traceur/core/infinity.h"
 #include "traceur/fall/expansion.h"
 
 namespace traceur::fall {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// How far a stopper has to turn from where it is in the stance [rad].
 double turnOf(const FallProblem& problem, int from, size_t edge, double theta2) {

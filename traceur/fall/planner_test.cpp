@@ -15,6 +15,7 @@
 #include <set>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/core/toml.h"
@@ -27,7 +28,6 @@ namespace traceur::fall {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Feet, knees and hands, which touch in this order, knees or not.
 FallProblem threeParts() {
@@ -57,7 +57,7 @@ FallProblem threeParts() {
   return p;
 }
 
-FallState randomStart(int i) {
+FallState startOfThreeParts(int i) {
   Random random(3, 1, i);
   return {i % 5 == 4 ? 1 : 0,
           i % 3 * 0.1,
@@ -118,7 +118,7 @@ TEST(Planner, TriesWhatTheProblemAllowsAndNothingElse) {
       p.grid.rod_rates = rates;
       p.stall = stall;
       for (int i = 0; i < 20; ++i) {
-        FallState start = randomStart(i);
+        FallState start = startOfThreeParts(i);
         if (i == 0) start.pendulum = {.theta = -0.3, .r = 0.25, .theta_rate = 1};
         bool stops = false;
         const std::vector<PlannedContact> expected = byHand(p, start, stops);
@@ -294,7 +294,7 @@ TEST(Planner, SearchesAreTheRecursionsTheyAreDocumentedAs) {
     FallProblem p = threeParts();
     p.stall = stall;
     for (int i = 0; i < 14; ++i) {
-      FallState start = randomStart(i);
+      FallState start = startOfThreeParts(i);
       if (i == 0) start = {0, 0, {.theta = 1.3, .r = 0.25, .theta_rate = 3}};  // too late
       PlanEffort all, plain, some, pruned;
       const double best = value(p, start, all);
@@ -338,7 +338,7 @@ TEST(Planner, AReplayCostsWhatComesOfItsActions) {
   FallState start;
   for (int i = 0; plan.contacts.size() < 2; ++i) {
     ASSERT_LT(i, 100);
-    start = randomStart(i);
+    start = startOfThreeParts(i);
     plan = planExactly(p, start);
   }
   std::vector<FallAction> actions;
@@ -446,7 +446,7 @@ TEST(ValueTable, IsLookedUpForAsManyActionsAsTheSearchSays) {
   const ValueTable table(p, {.times = 3, .angles = 5, .lengths = 2, .rates = 4});
   std::set<double> costs;
   for (int i = 0; i < 12; ++i) {
-    const FallState start = randomStart(i);
+    const FallState start = startOfThreeParts(i);
     for (const std::vector<int>& most :
          {std::vector{1, 1, 1}, {3, 2, 1}, {1, 3, 2}, {2, 1, 1}, {2, 5, 1}, {999, 999, 999}}) {
       const FallPlan plan = planQuickly(p, table, start, {most[0], most[1], most[2]});

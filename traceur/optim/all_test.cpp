@@ -8,11 +8,10 @@
 #include "traceur/core/error.h"
 #include "traceur/optim/family.h"
 #include "traceur/optim/test_functions.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 TEST(AllOptimizers, HaveNamesPeopleCanTypeAndHelp) {
   std::set<std::string> names;

@@ -6,11 +6,10 @@
 #include <cmath>
 
 #include "traceur/core/random.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 BoundFold foldOf(double lower, double upper, double step = 1) {
   return {VectorXd::Constant(1, lower), VectorXd::Constant(1, upper), VectorXd::Constant(1, step)};

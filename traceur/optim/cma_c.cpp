@@ -6,17 +6,17 @@
 #include <climits>
 #include <cmath>
 
-#include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cma_constants.h"
+#include "traceur/optim/refuse.h"
 #include "traceur/optim/state.h"
 
 namespace traceur::optim {
 namespace {
 
-constexpr std::string_view kKind = "cma-c";
-constexpr std::uint64_t kStateVersion = 2;
+constexpr std::string_view kCmaC = "cma-c";
+constexpr std::uint64_t kCmaCStateVersion = 2;
 /// Trials remembered at most, the latest: more would only slow training and swell the state [ours].
 constexpr size_t kMostKnown = 4000;
 /// Squared distances beyond this are no classifier's business: LIBSVM's sums would overflow.
@@ -24,19 +24,14 @@ constexpr double kFarthest = 1e300;
 /// Weight of the latest trial in ClassifierReport::agreement [ours].
 constexpr double kAgreementRate = 0.05;
 
-template <typename... Args>
-[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
-  throw InputError("cma-c: " + fmt::format(format, std::forward<Args>(args)...));
-}
-
 void checkPositive(std::string_view name, double value) {
   if (!(value > 0 && std::isfinite(value))) {
-    refuse("expected a finite {} > 0, got {}", name, value);
+    refuse(kCmaC, "expected a finite {} > 0, got {}", name, value);
   }
 }
 
 void checkCount(std::string_view name, int value, int least) {
-  if (value < least) refuse("expected {} ≥ {}, got {}", name, least, value);
+  if (value < least) refuse(kCmaC, "expected {} ≥ {}, got {}", name, least, value);
 }
 
 /// Checks what CmaEs does not and fills in what was left to its default.
@@ -52,19 +47,19 @@ CmaCOptions complete(CmaCOptions o) {
   checkCount("neighbours", o.neighbours, 0);
   checkCount("most_points", o.most_points, 0);
   if (!(o.least_agreement >= 0 && o.least_agreement <= 1)) {
-    refuse("expected least_agreement in [0, 1], got {}", o.least_agreement);
+    refuse(kCmaC, "expected least_agreement in [0, 1], got {}", o.least_agreement);
   }
   checkCount("restarts", o.restarts, 0);
-  if (!(o.collapsed >= 0)) refuse("expected collapsed ≥ 0, got {}", o.collapsed);
+  if (!(o.collapsed >= 0)) refuse(kCmaC, "expected collapsed ≥ 0, got {}", o.collapsed);
   checkCount("tours", o.tours, 0);
   for (size_t i = 0; i < o.experience.size(); ++i) {
     const Trial& trial = o.experience[i];
     if (trial.x.size() != n) {
-      refuse("experience[{}] has {} variables, x0 has {}", i, trial.x.size(), n);
+      refuse(kCmaC, "experience[{}] has {} variables, x0 has {}", i, trial.x.size(), n);
     }
-    if (!trial.x.allFinite()) refuse("experience[{}] is not finite", i);
+    if (!trial.x.allFinite()) refuse(kCmaC, "experience[{}] is not finite", i);
     if (trial.evaluation.violated.size() > static_cast<size_t>(o.constraints)) {
-      refuse("experience[{}] reports on {} constraints, expected {} at most", i,
+      refuse(kCmaC, "experience[{}] reports on {} constraints, expected {} at most", i,
              trial.evaluation.violated.size(), o.constraints);
     }
   }
@@ -254,14 +249,15 @@ std::vector<Candidate> CmaC::ask() {
 void CmaC::tell(std::uint64_t id, const Evaluation& evaluation) {
   const std::uint64_t first = s_.generation * told_.size();
   if (id < first || id - first >= told_.size()) {
-    refuse("no candidate {} in generation {}, which has {} to {}", id, s_.generation, first,
+    refuse(kCmaC, "no candidate {} in generation {}, which has {} to {}", id, s_.generation, first,
            first + told_.size() - 1);
   }
   const std::uint64_t k = id - first;
-  if (told_[k]) refuse("candidate {} has been told already", id);
+  if (told_[k]) refuse(kCmaC, "candidate {} has been told already", id);
   const size_t reported = evaluation.violated.size();
   if (reported != 0 && reported != static_cast<size_t>(options_.constraints)) {
-    refuse("expected a trial to report on {} constraints, got {}", options_.constraints, reported);
+    refuse(kCmaC, "expected a trial to report on {} constraints, got {}", options_.constraints,
+           reported);
   }
   prepare();
   told_[k] = Labelled{x_[k], labelsOf(evaluation)};
@@ -354,7 +350,7 @@ std::optional<Stop> CmaC::stopped() const {
 
 std::uint64_t CmaC::fingerprint() const {
   const CmaCOptions& o = options_;
-  StateWriter w("options", kStateVersion);
+  StateWriter w("options", kCmaCStateVersion);
   for (const double v :
        {o.alpha, o.wide_width, o.wide_C, o.near_width, o.near_C, o.least_agreement, o.collapsed}) {
     w.real(v);
@@ -374,7 +370,7 @@ std::uint64_t CmaC::fingerprint() const {
 }
 
 std::string CmaC::save() const {
-  StateWriter w(kKind, kStateVersion);
+  StateWriter w(kCmaC, kCmaCStateVersion);
   w.integer(dimension());
   w.integer(told_.size());
   w.integer(fingerprint());
@@ -410,14 +406,16 @@ std::string CmaC::save() const {
 }
 
 void CmaC::restore(std::string_view text) {
-  StateReader r(text, kKind, kStateVersion);
+  StateReader r(text, kCmaC, kCmaCStateVersion);
   const std::uint64_t n = r.integer();
   const std::uint64_t lambda = r.integer();
   if (n != static_cast<std::uint64_t>(dimension()) || lambda != told_.size()) {
-    refuse("cannot restore a state of n = {}, lambda = {}; expected n = {}, lambda = {}", n, lambda,
-           dimension(), told_.size());
+    refuse(kCmaC, "cannot restore a state of n = {}, lambda = {}; expected n = {}, lambda = {}", n,
+           lambda, dimension(), told_.size());
   }
-  if (r.integer() != fingerprint()) refuse("cannot restore a state saved under other options");
+  if (r.integer() != fingerprint()) {
+    refuse(kCmaC, "cannot restore a state saved under other options");
+  }
   State s;
   s.generation = r.integer(0, kMostGenerations);
   s.descents = r.integer(1, static_cast<std::uint64_t>(options_.restarts) + 1);
@@ -465,7 +463,7 @@ void CmaC::restore(std::string_view text) {
   cma->restore(inner);
   for (size_t k = 0; k < all_told.size(); ++k) {
     if (all_told[k].has_value() != cma->isTold(static_cast<int>(k))) {
-      refuse("cannot restore a state that disagrees about who was told");
+      refuse(kCmaC, "cannot restore a state that disagrees about who was told");
     }
   }
   if (!s.best.empty()) makeDescent(s.best_descent)->restore(s.best);  // throws now, not later

@@ -201,7 +201,7 @@ TEST(CmaC, RefusesWhatCannotBeUsed) {
 }
 
 /// The classifiers of one generation by the rules of the header, without bounds.
-struct Textbook {
+struct TextbookCmaC {
   struct Known {
     VectorXd x;
     std::vector<int> labels;  // 1 holds, -1 violated, 0 unknown
@@ -314,7 +314,7 @@ TEST(CmaC, TrainsAsksAndJudgesItsClassifiersAsTheHeaderSays) {
   following.follow = true;
   for (const CmaCOptions& options : {o, frozen, following}) {
     CmaC c(options);
-    Textbook book{options};
+    TextbookCmaC book{options};
     int failed = 0;
     int ignored = 0;
     for (int g = 0; g < 25; ++g) {

@@ -8,24 +8,24 @@
 #include <cmath>
 #include <numeric>
 
-#include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
+#include "traceur/optim/refuse.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
 
 namespace traceur::optim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr std::string_view kKind = "cma-es";
-constexpr std::uint64_t kStateVersion = 4;
+constexpr std::string_view kCmaEs = "cma-es";
+constexpr std::uint64_t kCmaEsStateVersion = 4;
 
 /// Generations beyond which stagnation no longer looks further back [Hansen2016, App. B.3].
 constexpr std::uint64_t kLongestStagnation = 20000;
 /// Eigenvalues below this fraction of the largest are noise of rounding; they are raised to it.
-constexpr double kSmallestEigenvalue = kEpsilon;
+constexpr double kEigenvalueFloor = kEpsilon;
 /// Condition of C above which T takes it over: the first time as late as doubles allow, so that
 /// ordinary searches never know of it, later with all digits left.
 constexpr double kDense = 1e14;
@@ -36,24 +36,20 @@ constexpr std::uint64_t kUntold = UINT64_MAX;
 constexpr double kTiny = 1e-150;
 constexpr double kHuge = 1e150;
 
-template <typename... Args>
-[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
-  throw InputError("cma-es: " + fmt::format(format, std::forward<Args>(args)...));
-}
-
 void checkTolerance(std::string_view name, double value) {
-  if (!(value >= 0)) refuse("expected {} ≥ 0, got {}", name, value);
+  if (!(value >= 0)) refuse(kCmaEs, "expected {} ≥ 0, got {}", name, value);
 }
 
 /// Checks what a caller gave and fills in what was left to its default.
 CmaEsOptions complete(CmaEsOptions o) {
   const int n = static_cast<int>(o.x0.size());
-  completeStart(kKind, o.x0, o.sigma, o.scale, o.lower, o.upper);
+  completeStart(kCmaEs, o.x0, o.sigma, o.scale, o.lower, o.upper);
   if (o.lambda == 1 || o.lambda < 0 || o.lambda > kMaxLambda) {
-    refuse("expected lambda in [2, {}], or 0 for the default, got {}", kMaxLambda, o.lambda);
+    refuse(kCmaEs, "expected lambda in [2, {}], or 0 for the default, got {}", kMaxLambda,
+           o.lambda);
   }
-  if (o.hold_feasible && !o.feasible_first) refuse("hold_feasible needs feasible_first");
-  if (o.max_draws < 1) refuse("expected max_draws ≥ 1, got {}", o.max_draws);
+  if (o.hold_feasible && !o.feasible_first) refuse(kCmaEs, "hold_feasible needs feasible_first");
+  if (o.max_draws < 1) refuse(kCmaEs, "expected max_draws ≥ 1, got {}", o.max_draws);
 
   CmaTermination& t = o.termination;
   checkTolerance("tolx", t.tolx);
@@ -185,11 +181,11 @@ void CmaEs::drawSamples() {
 void CmaEs::tell(std::uint64_t id, const Evaluation& evaluation) {
   const std::uint64_t first = state_.generation * told_.size();
   if (id < first || id - first >= told_.size()) {
-    refuse("no candidate {} in generation {}, which has {} to {}", id, state_.generation, first,
-           first + told_.size() - 1);
+    refuse(kCmaEs, "no candidate {} in generation {}, which has {} to {}", id, state_.generation,
+           first, first + told_.size() - 1);
   }
   std::optional<Told>& told = told_[id - first];
-  if (told) refuse("candidate {} has been told already", id);
+  if (told) refuse(kCmaEs, "candidate {} has been told already", id);
   if (!evaluation.meaningful()) {
     told = Told{2, 0};
   } else {
@@ -376,10 +372,10 @@ void CmaEs::decompose() {
   const double largest = eigenvalues.maxCoeff();
   s.B = eigen_.vectors();
   s.condition = smallest > 0 ? largest / smallest : kInfinity;
-  if (smallest >= kSmallestEigenvalue * largest && smallest > 0) {
+  if (smallest >= kEigenvalueFloor * largest && smallest > 0) {
     s.D = eigenvalues.cwiseSqrt();
   } else {
-    const double least = std::max(kSmallestEigenvalue * largest, kTiny);
+    const double least = std::max(kEigenvalueFloor * largest, kTiny);
     s.D = eigenvalues.cwiseMax(least).cwiseSqrt();
     s.C.triangularView<Eigen::Lower>() = s.B * s.D.cwiseAbs2().asDiagonal() * s.B.transpose();
   }
@@ -531,7 +527,7 @@ std::optional<Stop> CmaEs::findHistoryStop(int meaningful) const {
 }
 
 std::uint64_t CmaEs::fingerprint() const {
-  StateWriter w("options", kStateVersion);
+  StateWriter w("options", kCmaEsStateVersion);
   const CmaEsOptions& o = options_;
   const CmaTermination& t = o.termination;
   for (const VectorXd* v : {&o.x0, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
@@ -553,7 +549,7 @@ std::uint64_t CmaEs::fingerprint() const {
 
 std::string CmaEs::save() const {
   const CmaState& s = state_;
-  StateWriter w(kKind, kStateVersion);
+  StateWriter w(kCmaEs, kCmaEsStateVersion);
   w.integer(dimension());
   w.integer(constants_.lambda);
   w.integer(fingerprint());
@@ -646,16 +642,17 @@ std::optional<CmaEs::Told> CmaEs::readTold(StateReader& r) const {
 }
 
 void CmaEs::restore(std::string_view text) {
-  StateReader r(text, kKind, kStateVersion);
+  StateReader r(text, kCmaEs, kCmaEsStateVersion);
   const int n = dimension();
   const std::uint64_t stored_n = r.integer();
   const std::uint64_t stored_lambda = r.integer();
   if (stored_n != static_cast<std::uint64_t>(n) || stored_lambda != told_.size()) {
-    refuse("cannot restore a state of n = {}, lambda = {}; expected n = {}, lambda = {}", stored_n,
-           stored_lambda, n, told_.size());
+    refuse(kCmaEs, "cannot restore a state of n = {}, lambda = {}; expected n = {}, lambda = {}",
+           stored_n, stored_lambda, n, told_.size());
   }
   if (r.integer() != fingerprint()) {
-    refuse("cannot restore a state saved under other options (seed, x0, sigma, bounds, stops …)");
+    refuse(kCmaEs,
+           "cannot restore a state saved under other options (seed, x0, sigma, bounds, stops …)");
   }
 
   CmaState s = state_;

@@ -15,15 +15,14 @@
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/state.h"
 #include "traceur/optim/test_functions.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
 /// A textbook CMA-ES without a thought for speed: full matrices, C^(-1/2) formed anew, no shared
 /// code but the constants. It learns from the points another one drew.
-struct Textbook {
+struct TextbookCmaEs {
   int n;
   CmaConstants c;
   VectorXd m, p_sigma, p_c;
@@ -36,7 +35,7 @@ struct Textbook {
   double held_cost = 0;
   int taken = 0, clipped = 0;  // generations that learned from it, and from a place nearer by
 
-  Textbook(const VectorXd& x0, double sigma0, bool active, int lambda = 0)
+  TextbookCmaEs(const VectorXd& x0, double sigma0, bool active, int lambda = 0)
       : n(static_cast<int>(x0.size())),
         c(cmaConstants(n, lambda, active)),
         m(x0),
@@ -161,7 +160,7 @@ TEST(CmaEs, UpdatesAsTheTextbookDoes) {
                .active = k.active,
                .seed = 11,
                .hold_feasible = k.holds});
-    Textbook book(x0, k.sigma, k.active, k.lambda);
+    TextbookCmaEs book(x0, k.sigma, k.active, k.lambda);
     book.holds = k.holds;
     for (int g = 0; g < 40; ++g) {
       std::vector<VectorXd> x;
@@ -277,7 +276,7 @@ TEST(CmaEs, CapsTheGrowthOfTheStepAtE) {
 
 TEST(CmaEs, GrowsItsStepOnAPlateau) {
   CmaEs cma({.x0 = VectorXd::Zero(5), .sigma = 0.1});
-  Textbook book(VectorXd::Zero(5), 0.1, true);
+  TextbookCmaEs book(VectorXd::Zero(5), 0.1, true);
   std::vector<VectorXd> x;
   for (const Candidate& c : cma.ask()) x.push_back(c.x);
   book.learn(x, std::vector<Evaluation>(x.size(), {.cost = 3}));
@@ -287,7 +286,7 @@ TEST(CmaEs, GrowsItsStepOnAPlateau) {
 
   // Equal costs of which some are infeasible do tell trials apart.
   CmaEs half({.x0 = VectorXd::Zero(5), .sigma = 0.1});
-  Textbook half_book(VectorXd::Zero(5), 0.1, true);
+  TextbookCmaEs half_book(VectorXd::Zero(5), 0.1, true);
   std::vector<Evaluation> mixed(x.size(), {.cost = 3});
   for (const int k : {0, 2, 3, 5, 7}) mixed[k].violated = {true};
   half_book.learn(x, mixed);
@@ -297,7 +296,7 @@ TEST(CmaEs, GrowsItsStepOnAPlateau) {
   // Of eight trials the best six must be equal, not five.
   for (const int equal : {5, 6}) {
     CmaEs most({.x0 = VectorXd::Zero(5), .sigma = 0.1});
-    Textbook most_book(VectorXd::Zero(5), 0.1, true);
+    TextbookCmaEs most_book(VectorXd::Zero(5), 0.1, true);
     std::vector<Evaluation> costs(x.size(), {.cost = 3});
     for (size_t k = static_cast<size_t>(equal); k < 8; ++k) costs[k].cost = 4;
     most_book.learn(x, costs);

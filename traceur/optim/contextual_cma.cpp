@@ -9,9 +9,10 @@
 #include <numeric>
 #include <utility>
 
-#include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/optim/cma_constants.h"
+#include "traceur/optim/refuse.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
 #include "traceur/optim/task_positions.h"
@@ -19,9 +20,8 @@
 namespace traceur::optim {
 namespace {
 
-constexpr std::string_view kKind = "contextual";
-constexpr std::uint64_t kStateVersion = 6;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::string_view kContextual = "contextual";
+constexpr std::uint64_t kContextualStateVersion = 6;
 
 /// Samples of a generation [ours; of 16, 24 and 32 on the functions of [Ha2015, Tab. 11] the last
 /// is as fast on the unimodal ones and far surer on the others].
@@ -43,37 +43,39 @@ constexpr double kSigmaAboutBest = 0.2;
 /// Generations in a row without a meaningful cost, as CmaEs.
 constexpr int kTolAllFailed = 20;
 
-template <typename... Args>
-[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
-  throw InputError("contextual: " + fmt::format(format, std::forward<Args>(args)...));
-}
-
 ContextualCmaOptions complete(ContextualCmaOptions o) {
   const auto n = o.x0.size();
-  completeStart(kKind, o.x0, o.sigma, o.scale, o.lower, o.upper);
-  taskPositions(kKind, o.tasks);  // throws before control points are held against their number
+  completeStart(kContextual, o.x0, o.sigma, o.scale, o.lower, o.upper);
+  // Throws before control points are held against their number.
+  taskPositions(kContextual, o.tasks);
   if (o.control_points < 1 || o.control_points > o.tasks.size()) {
-    refuse("expected control points in [1, {}], the number of tasks, got {}", o.tasks.size(),
-           o.control_points);
+    refuse(kContextual, "expected control points in [1, {}], the number of tasks, got {}",
+           o.tasks.size(), o.control_points);
   }
   if (o.lambda == 0) o.lambda = kDefaultLambda;
   if (o.lambda < 4 || o.lambda > kMaxLambda) {
-    refuse("expected lambda in [4, {}], or 0 for the default, got {}", kMaxLambda, o.lambda);
+    refuse(kContextual, "expected lambda in [4, {}], or 0 for the default, got {}", kMaxLambda,
+           o.lambda);
   }
   if (!(o.curve_share > 0 && o.curve_share < 1)) {
-    refuse("expected curve_share in (0, 1), got {}", o.curve_share);
+    refuse(kContextual, "expected curve_share in (0, 1), got {}", o.curve_share);
   }
   if (o.stagnation_curves == 0) o.stagnation_curves = 5 + static_cast<int>(n) / 4;
   if (o.stagnation_curves < 1) {
-    refuse("expected stagnation_curves ≥ 1, or 0 for the default, got {}", o.stagnation_curves);
+    refuse(kContextual, "expected stagnation_curves ≥ 1, or 0 for the default, got {}",
+           o.stagnation_curves);
   }
   if (o.elite_generations < 0) {
-    refuse("expected elite_generations ≥ 0, got {}", o.elite_generations);
+    refuse(kContextual, "expected elite_generations ≥ 0, got {}", o.elite_generations);
   }
-  if (!(o.tolstagnation >= 0)) refuse("expected tolstagnation ≥ 0, got {}", o.tolstagnation);
-  if (!(o.tolx >= 0)) refuse("expected tolx ≥ 0, got {}", o.tolx);
-  if (o.max_restarts < 0) refuse("expected max_restarts ≥ 0, got {}", o.max_restarts);
-  if (!(o.lambda_factor >= 1)) refuse("expected lambda_factor ≥ 1, got {}", o.lambda_factor);
+  if (!(o.tolstagnation >= 0)) {
+    refuse(kContextual, "expected tolstagnation ≥ 0, got {}", o.tolstagnation);
+  }
+  if (!(o.tolx >= 0)) refuse(kContextual, "expected tolx ≥ 0, got {}", o.tolx);
+  if (o.max_restarts < 0) refuse(kContextual, "expected max_restarts ≥ 0, got {}", o.max_restarts);
+  if (!(o.lambda_factor >= 1)) {
+    refuse(kContextual, "expected lambda_factor ≥ 1, got {}", o.lambda_factor);
+  }
   return o;
 }
 
@@ -82,7 +84,7 @@ ContextualCmaOptions complete(ContextualCmaOptions o) {
 ContextualCma::ContextualCma(ContextualCmaOptions options)
     : options_(complete(std::move(options))),
       bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
-      w_(taskPositions(kKind, options_.tasks)),
+      w_(taskPositions(kContextual, options_.tasks)),
       Phi_(options_.control_points, w_.size()),
       eigen_(static_cast<int>(options_.x0.size())) {
   for (Eigen::Index i = 0; i < w_.size(); ++i) {
@@ -189,12 +191,12 @@ std::vector<Candidate> ContextualCma::ask() {
 
 void ContextualCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   if (id < state_.trials || id - state_.trials >= told_.size()) {
-    refuse("no candidate {} in this generation, which has {} to {}", id, state_.trials,
+    refuse(kContextual, "no candidate {} in this generation, which has {} to {}", id, state_.trials,
            state_.trials + told_.size() - 1);
   }
   auto& told = told_[id - state_.trials];
-  if (told) refuse("candidate {} has been told already", id);
-  told = costsOfTasks(kKind, evaluation, tasks());
+  if (told) refuse(kContextual, "candidate {} has been told already", id);
+  told = costsOfTasks(kContextual, evaluation, tasks());
   if (++told_count_ == static_cast<int>(told_.size())) update();
 }
 
@@ -551,7 +553,7 @@ void ContextualCma::endRunIfDone(bool anything) {
 }
 
 std::uint64_t ContextualCma::fingerprint() const {
-  StateWriter w("options", kStateVersion);
+  StateWriter w("options", kContextualStateVersion);
   const ContextualCmaOptions& o = options_;
   for (const VectorXd* v : {&o.tasks, &o.x0, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
   for (const double v : {o.sigma, o.curve_share, o.tolx, o.tolstagnation, o.lambda_factor})
@@ -567,7 +569,7 @@ std::uint64_t ContextualCma::fingerprint() const {
 
 std::string ContextualCma::save() const {
   const ContextualCmaState& s = state_;
-  StateWriter w(kKind, kStateVersion);
+  StateWriter w(kContextual, kContextualStateVersion);
   w.integer(dimension());
   w.integer(tasks());
   w.integer(fingerprint());
@@ -599,15 +601,16 @@ std::string ContextualCma::save() const {
 }
 
 void ContextualCma::restore(std::string_view text) {
-  StateReader r(text, kKind, kStateVersion);
+  StateReader r(text, kContextual, kContextualStateVersion);
   const std::uint64_t n = r.integer();
   const std::uint64_t M = r.integer();
   if (n != static_cast<std::uint64_t>(dimension()) || M != static_cast<std::uint64_t>(tasks())) {
-    refuse("cannot restore a state of n = {}, {} tasks; expected n = {}, {} tasks", n, M,
-           dimension(), tasks());
+    refuse(kContextual, "cannot restore a state of n = {}, {} tasks; expected n = {}, {} tasks", n,
+           M, dimension(), tasks());
   }
   if (r.integer() != fingerprint()) {
-    refuse("cannot restore a state saved under other options (seed, x0, sigma, bounds, …)");
+    refuse(kContextual,
+           "cannot restore a state saved under other options (seed, x0, sigma, bounds, …)");
   }
   ContextualCmaState s = state_;
   s.generation = r.integer(0, kMostGenerations);

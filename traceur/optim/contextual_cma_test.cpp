@@ -51,7 +51,7 @@ std::unique_ptr<Optimizer> made(const Problem& p, const CommonOptions& o = {}) {
 }
 
 /// The equations of the header, in loops and without bounds.
-struct Textbook {
+struct TextbookContextual {
   int n, K;
   std::uint64_t memory;  // generations of elites
   VectorXd w;            // (M)
@@ -62,7 +62,8 @@ struct Textbook {
   int stalled = 0;  // generations with h_σ = 0
   int served = 0;   // tasks that had an elite
 
-  Textbook(const VectorXd& x0, double s, int k, std::uint64_t generations, VectorXd positions)
+  TextbookContextual(const VectorXd& x0, double s, int k, std::uint64_t generations,
+                     VectorXd positions)
       : n(static_cast<int>(x0.size())),
         K(k),
         memory(generations),
@@ -243,7 +244,7 @@ TEST(ContextualCma, UpdatesAsItsEquationsSay) {
                        .elite_generations = c.memory,
                        .tolx = 0,
                        .tolstagnation = 0});
-    Textbook book(x0, c.sigma, c.K, c.memory, (tasks.array() - 1) / 4);
+    TextbookContextual book(x0, c.sigma, c.K, c.memory, (tasks.array() - 1) / 4);
     for (std::uint64_t g = 0; g < 30; ++g) {
       const std::vector<Candidate> candidates = cma.ask();
       ASSERT_EQ(candidates.size(), 24U);

@@ -1,7 +1,5 @@
 #include "traceur/optim/curve_cma.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -9,8 +7,10 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cost.h"
+#include "traceur/optim/refuse.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
 #include "traceur/optim/task_positions.h"
@@ -18,10 +18,9 @@
 namespace traceur::optim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::string_view kKind = "curve";
-constexpr std::uint64_t kStateVersion = 2;
+constexpr std::string_view kCurve = "curve";
+constexpr std::uint64_t kCurveStateVersion = 2;
 
 /// A success multiplies σ by this [Ha2015, Eq. 44].
 const double kGrowth = std::exp(1.0 / 3);
@@ -33,18 +32,15 @@ constexpr double kHugeCost = 1e300;
 /// A typing error rather than a number of samples, elites or groups.
 constexpr int kMany = 1'000'000;
 
-template <typename... Args>
-[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
-  throw InputError("curve: " + fmt::format(format, std::forward<Args>(args)...));
-}
-
 void checkCount(std::string_view name, int value) {
-  if (value < 1 || value > kMany) refuse("expected {} in [1, {}], got {}", name, kMany, value);
+  if (value < 1 || value > kMany) {
+    refuse(kCurve, "expected {} in [1, {}], got {}", name, kMany, value);
+  }
 }
 
 /// Checks what a caller gave and fills in what was left to its default.
 CurveCmaOptions complete(CurveCmaOptions o) {
-  completeStart(kKind, o.x0, o.sigma, o.scale, o.lower, o.upper);
+  completeStart(kCurve, o.x0, o.sigma, o.scale, o.lower, o.upper);
   checkCount("control_points", o.control_points);
   checkCount("lambda", o.lambda);
   checkCount("elites", o.elites);
@@ -53,10 +49,10 @@ CurveCmaOptions complete(CurveCmaOptions o) {
   for (const auto& [name, value] :
        {std::pair("alpha", o.alpha), std::pair("tolx", o.tolx), std::pair("tolxup", o.tolxup),
         std::pair("c_cov_offset", o.c_cov_offset)}) {
-    if (!(value >= 0)) refuse("expected {} ≥ 0, got {}", name, value);
+    if (!(value >= 0)) refuse(kCurve, "expected {} ≥ 0, got {}", name, value);
   }
   if (!(o.failure_exponent > 0 && std::isfinite(o.failure_exponent))) {
-    refuse("expected a finite failure_exponent > 0, got {}", o.failure_exponent);
+    refuse(kCurve, "expected a finite failure_exponent > 0, got {}", o.failure_exponent);
   }
   return o;
 }
@@ -82,7 +78,7 @@ CurveCma::CurveCma(CurveCmaOptions options)
       constants_(successConstants(n())),
       bounds_(options_.lower, options_.upper, options_.sigma * options_.scale),
       fit_unit_(options_.scale),
-      w_(taskPositions(kKind, options_.tasks)) {
+      w_(taskPositions(kCurve, options_.tasks)) {
   for (int j = 0; j < n(); ++j) {
     const double width = options_.upper[j] - options_.lower[j];
     if (std::isfinite(width)) fit_unit_[j] = width / 2;
@@ -160,12 +156,12 @@ void CurveCma::draw() {
 
 void CurveCma::tell(std::uint64_t id, const Evaluation& evaluation) {
   if (id < state_.first_id || id - state_.first_id >= told_.size()) {
-    refuse("no candidate {} in generation {}, which has {} to {}", id, state_.generation,
+    refuse(kCurve, "no candidate {} in generation {}, which has {} to {}", id, state_.generation,
            state_.first_id, state_.first_id + told_.size() - 1);
   }
   const auto k = static_cast<int>(id - state_.first_id);
-  if (told_[k]) refuse("candidate {} has been told already", id);
-  const std::vector<double> costs = costsOfTasks(kKind, evaluation, taskCount());
+  if (told_[k]) refuse(kCurve, "candidate {} has been told already", id);
+  const std::vector<double> costs = costsOfTasks(kCurve, evaluation, taskCount());
   costs_.col(k) = Eigen::Map<const VectorXd>(costs.data(), taskCount());
   told_[k] = true;
   if (++told_count_ == count()) update();
@@ -339,7 +335,7 @@ std::optional<Family> CurveCma::family() const {
 }
 
 std::uint64_t CurveCma::fingerprint() const {
-  StateWriter w("options", kStateVersion);
+  StateWriter w("options", kCurveStateVersion);
   const CurveCmaOptions& o = options_;
   for (const VectorXd* v : {&o.x0, &o.tasks, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
   for (const double v : {o.sigma, o.alpha, o.failure_exponent, o.c_cov_offset, o.tolx, o.tolxup}) {
@@ -359,7 +355,7 @@ std::uint64_t CurveCma::fingerprint() const {
 
 std::string CurveCma::save() const {
   const CurveCmaState& s = state_;
-  StateWriter w(kKind, kStateVersion);
+  StateWriter w(kCurve, kCurveStateVersion);
   w.integer(fingerprint());
   w.integer(s.generation);
   w.integer(s.first_id);
@@ -390,9 +386,10 @@ std::string CurveCma::save() const {
 }
 
 void CurveCma::restore(std::string_view text) {
-  StateReader r(text, kKind, kStateVersion);
+  StateReader r(text, kCurve, kCurveStateVersion);
   if (r.integer() != fingerprint()) {
-    refuse("cannot restore a state saved under other options (seed, x0, sigma, bounds, tasks …)");
+    refuse(kCurve,
+           "cannot restore a state saved under other options (seed, x0, sigma, bounds, tasks …)");
   }
   CurveCmaState s = state_;
   s.generation = r.integer(0, kMostGenerations);

@@ -7,19 +7,16 @@
 #include <climits>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/segment_problem.h"
 #include "traceur/optim/task_positions.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// c(w) from (-0.3, 0.2, …) to (0.4, 0.2, …), tasks 0, 1/5, …, 1.
 SegmentProblem line(int n, double low = -kInf, double high = kInf) {
@@ -111,7 +108,7 @@ TEST(CurveCma, RunsTheCurveThenSamplesThenTheNextCurve) {
 
 /// The equations of the header for one elite a task, so that nothing is drawn but samples, with
 /// full matrices.
-struct Textbook {
+struct TextbookCurve {
   CurveCmaOptions o;
   int n, M, K;
   MatrixXd basis;  // (M x K)
@@ -124,7 +121,7 @@ struct Textbook {
   bool first = true;
   int successes = 0, failures = 0;
 
-  Textbook(const CurveCmaOptions& options, int control_points, const VectorXd& w)
+  TextbookCurve(const CurveCmaOptions& options, int control_points, const VectorXd& w)
       : o(options),
         n(static_cast<int>(o.x0.size())),
         M(static_cast<int>(w.size())),
@@ -207,7 +204,7 @@ TEST(CurveCma, UpdatesAsItsEquationsSay) {
   cubic.failure_exponent = 0.5;
   for (const CurveCmaOptions& o : {plain, table, cubic}) {
     CurveCma curve(o);
-    Textbook book(o, o.control_points, (tasks.array() - 1) / 8);
+    TextbookCurve book(o, o.control_points, (tasks.array() - 1) / 8);
     for (int g = 0; g < 120; ++g) {
       const bool measuring = curve.state().measuring;
       const std::vector<Candidate> candidates = curve.ask();

@@ -7,6 +7,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cost.h"
 #include "traceur/optim/start.h"
@@ -16,8 +17,7 @@
 namespace traceur::optim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::uint64_t kStateVersion = 2;
+constexpr std::uint64_t kBaselinesStateVersion = 2;
 constexpr std::string_view kPhi = "cma";
 constexpr std::string_view kIndividual = "individual";
 /// Trials or curves per generation of the dissertation's baselines [Ha2015, §7.4].
@@ -177,7 +177,7 @@ void PhiCma::update() {
 }
 
 std::string PhiCma::save() const {
-  StateWriter w(kPhi, kStateVersion);
+  StateWriter w(kPhi, kBaselinesStateVersion);
   w.reals(numbers(w_));
   w.text(cma_.save());
   write(w, best_);
@@ -189,7 +189,7 @@ std::string PhiCma::save() const {
 }
 
 void PhiCma::restore(std::string_view text) {
-  StateReader r(text, kPhi, kStateVersion);
+  StateReader r(text, kPhi, kBaselinesStateVersion);
   if (r.reals() != std::vector<double>(w_.begin(), w_.end())) {
     throw InputError("cma: cannot restore a state saved for other tasks");
   }
@@ -345,7 +345,7 @@ void IndividualCma::join() {
 }
 
 std::uint64_t IndividualCma::fingerprint() const {
-  StateWriter w("options", kStateVersion);
+  StateWriter w("options", kBaselinesStateVersion);
   w.reals(numbers(options_.tasks));
   w.integer(options_.turn);
   w.real(options_.target);
@@ -355,7 +355,7 @@ std::uint64_t IndividualCma::fingerprint() const {
 }
 
 std::string IndividualCma::save() const {
-  StateWriter w(kIndividual, kStateVersion);
+  StateWriter w(kIndividual, kBaselinesStateVersion);
   w.integer(fingerprint());
   w.integer(generation_);
   w.integer(first_id_);
@@ -381,7 +381,7 @@ std::string IndividualCma::save() const {
 }
 
 void IndividualCma::restore(std::string_view text) {
-  StateReader r(text, kIndividual, kStateVersion);
+  StateReader r(text, kIndividual, kBaselinesStateVersion);
   const auto refuse = [](std::string_view why) {
     throw InputError(fmt::format("individual: cannot restore a state {}", why));
   };

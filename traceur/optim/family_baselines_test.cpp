@@ -4,18 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "traceur/core/error.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/minimise.h"
 #include "traceur/optim/segment_problem.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 SegmentProblem bow(int n = 2, double low = -2, double high = 2, int M = 5) {
   return {VectorXd::Constant(n, low), VectorXd::Constant(n, high), VectorXd::LinSpaced(M, 0, 1),
@@ -320,7 +317,7 @@ TEST(PhiCma, IsCmaEsOverAllControlPoints) {
 }
 
 /// What IndividualCma's header says, in its own words: a CmaEs for each task.
-struct Textbook {
+struct TextbookIndividual {
   struct Search {
     std::unique_ptr<CmaEs> cma = {};
     double cost = kInf;
@@ -334,7 +331,7 @@ struct Textbook {
   std::string stop = {};
   double family = kInf;
 
-  explicit Textbook(const IndividualCmaOptions& options) : o(options) {
+  explicit TextbookIndividual(const IndividualCmaOptions& options) : o(options) {
     searches.resize(static_cast<size_t>(o.tasks.size()));
     for (size_t i = 0; i < searches.size(); ++i) {
       if (o.turn == 0 || i == 0) begin(static_cast<int>(i), o.cma.x0);
@@ -401,7 +398,7 @@ TEST(IndividualCma, IsACmaEsForEachTask) {
       o.turn = turn;
       o.target = 1e-4;
       IndividualCma cma(o);
-      Textbook book(o);
+      TextbookIndividual book(o);
       std::uint64_t next = 0;
       int generations = 0;
       for (; generations < 1000 && !cma.stopped(); ++generations) {

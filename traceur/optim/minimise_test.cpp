@@ -7,7 +7,6 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -15,11 +14,10 @@
 #include "traceur/core/random.h"
 #include "traceur/optim/cma_es.h"
 #include "traceur/optim/test_functions.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 CmaEs sphereSearch(std::uint64_t seed = 1) {
   return CmaEs({.x0 = VectorXd::Constant(4, 1.5), .sigma = 0.5, .seed = seed});

@@ -1,38 +1,31 @@
 #include "traceur/optim/one_plus_one.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cma_constants.h"
+#include "traceur/optim/refuse.h"
 #include "traceur/optim/start.h"
 #include "traceur/optim/state.h"
 
 namespace traceur::optim {
 namespace {
 
-constexpr std::string_view kKind = "one-plus-one";
-constexpr std::uint64_t kStateVersion = 1;
+constexpr std::string_view kOnePlusOne = "one-plus-one";
+constexpr std::uint64_t kOnePlusOneStateVersion = 1;
 /// A trial worse than the parent so many successes ago is worth unlearning [Arnold2010].
 constexpr size_t kAncestors = 5;
 
-template <typename... Args>
-[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
-  throw InputError("one-plus-one: " + fmt::format(format, std::forward<Args>(args)...));
-}
-
 OnePlusOneOptions complete(OnePlusOneOptions o) {
   const auto n = static_cast<int>(o.x0.size());
-  completeStart(kKind, o.x0, o.sigma, o.scale, o.lower, o.upper);
-  if (!(o.tolx >= 0)) refuse("expected tolx ≥ 0, got {}", o.tolx);
-  if (!(o.tolxup >= 0)) refuse("expected tolxup ≥ 0, got {}", o.tolxup);
-  if (o.constraints < 0) refuse("expected constraints ≥ 0, got {}", o.constraints);
-  if (o.tolallfailed < 0) refuse("expected tolallfailed ≥ 0, got {}", o.tolallfailed);
-  if (o.restarts < 0) refuse("expected restarts ≥ 0, got {}", o.restarts);
+  completeStart(kOnePlusOne, o.x0, o.sigma, o.scale, o.lower, o.upper);
+  if (!(o.tolx >= 0)) refuse(kOnePlusOne, "expected tolx ≥ 0, got {}", o.tolx);
+  if (!(o.tolxup >= 0)) refuse(kOnePlusOne, "expected tolxup ≥ 0, got {}", o.tolxup);
+  if (o.constraints < 0) refuse(kOnePlusOne, "expected constraints ≥ 0, got {}", o.constraints);
+  if (o.tolallfailed < 0) refuse(kOnePlusOne, "expected tolallfailed ≥ 0, got {}", o.tolallfailed);
+  if (o.restarts < 0) refuse(kOnePlusOne, "expected restarts ≥ 0, got {}", o.restarts);
   if (o.tolallfailed == 0) o.tolallfailed = 20 * cmaConstants(n).lambda;
   return o;
 }
@@ -85,10 +78,11 @@ void OnePlusOne::draw() {
 }
 
 void OnePlusOne::tell(std::uint64_t id, const Evaluation& evaluation) {
-  if (id != state_.trial) refuse("no candidate {}, only {}", id, state_.trial);
+  if (id != state_.trial) refuse(kOnePlusOne, "no candidate {}, only {}", id, state_.trial);
   const size_t reported = evaluation.violated.size();
   if (reported != 0 && reported != static_cast<size_t>(options_.constraints)) {
-    refuse("expected a trial to report on {} constraints, got {}", options_.constraints, reported);
+    refuse(kOnePlusOne, "expected a trial to report on {} constraints, got {}",
+           options_.constraints, reported);
   }
   draw();  // restored, and told without being asked
   OnePlusOneState& s = state_;
@@ -200,7 +194,7 @@ std::optional<Stop> OnePlusOne::findStop() const {
 }
 
 std::uint64_t OnePlusOne::fingerprint() const {
-  StateWriter w("options", kStateVersion);
+  StateWriter w("options", kOnePlusOneStateVersion);
   const OnePlusOneOptions& o = options_;
   for (const VectorXd* v : {&o.x0, &o.scale, &o.lower, &o.upper}) w.reals(numbers(*v));
   for (const double v : {o.sigma, o.tolx, o.tolxup}) w.real(v);
@@ -216,7 +210,7 @@ std::uint64_t OnePlusOne::fingerprint() const {
 
 std::string OnePlusOne::save() const {
   const OnePlusOneState& s = state_;
-  StateWriter w(kKind, kStateVersion);
+  StateWriter w(kOnePlusOne, kOnePlusOneStateVersion);
   w.integer(dimension());
   w.integer(fingerprint());
   w.integer(s.trial);
@@ -235,12 +229,14 @@ std::string OnePlusOne::save() const {
 }
 
 void OnePlusOne::restore(std::string_view text) {
-  StateReader r(text, kKind, kStateVersion);
+  StateReader r(text, kOnePlusOne, kOnePlusOneStateVersion);
   const std::uint64_t n = r.integer();
   if (n != static_cast<std::uint64_t>(dimension())) {
-    refuse("cannot restore a state of n = {}; expected n = {}", n, dimension());
+    refuse(kOnePlusOne, "cannot restore a state of n = {}; expected n = {}", n, dimension());
   }
-  if (r.integer() != fingerprint()) refuse("cannot restore a state saved under other options");
+  if (r.integer() != fingerprint()) {
+    refuse(kOnePlusOne, "cannot restore a state saved under other options");
+  }
   OnePlusOneState s = state_;
   s.trial = r.integer(0, kMostTrials);
   s.descent = r.integer(0, static_cast<std::uint64_t>(options_.restarts));

@@ -22,7 +22,7 @@ TEST(OnePlusOne, TriesItsStartFirst) {
 }
 
 /// The equations of the header, with C itself and without bounds.
-struct Textbook {
+struct TextbookOnePlusOne {
   OnePlusOneOptions o;
   int n;
   VectorXd parent, p_c;
@@ -32,7 +32,7 @@ struct Textbook {
   std::vector<double> parents;  // costs, of as many violations
   int failures = 0, worse = 0;  // how often each was learned from
 
-  explicit Textbook(const OnePlusOneOptions& options)
+  explicit TextbookOnePlusOne(const OnePlusOneOptions& options)
       : o(options),
         n(static_cast<int>(o.x0.size())),
         parent(o.x0),
@@ -123,7 +123,7 @@ TEST(OnePlusOne, UpdatesAsItsEquationsSay) {
             true}}) {
     SCOPED_TRACE(c.what);
     OnePlusOne one(c.o);
-    Textbook book(c.o);
+    TextbookOnePlusOne book(c.o);
     for (int t = 0; t < 250; ++t) {
       const Candidate candidate = one.ask()[0];
       const VectorXd& x = candidate.x;

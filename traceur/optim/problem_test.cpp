@@ -6,11 +6,10 @@
 
 #include "traceur/core/error.h"
 #include "traceur/optim/test_functions.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 TEST(Evaluation, IsMeaningfulOnlyWithACost) {
   EXPECT_TRUE((Evaluation{.cost = 1}).meaningful());

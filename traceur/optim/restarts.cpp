@@ -1,35 +1,30 @@
 #include "traceur/optim/restarts.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "traceur/core/error.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cma_constants.h"
+#include "traceur/optim/refuse.h"
 #include "traceur/optim/state.h"
 
 namespace traceur::optim {
 namespace {
 
-constexpr std::string_view kKind = "restarts";
-constexpr std::uint64_t kStateVersion = 1;
-
-template <typename... Args>
-[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
-  throw InputError("restarts: " + fmt::format(format, std::forward<Args>(args)...));
-}
+constexpr std::string_view kRestarts = "restarts";
+constexpr std::uint64_t kRestartsStateVersion = 1;
 
 }  // namespace
 
 Restarts::Restarts(CmaEsOptions options, RestartOptions restarts)
     : options_(std::move(options)), restarts_(restarts) {
-  if (restarts_.restarts < 0) refuse("expected restarts ≥ 0, got {}", restarts_.restarts);
+  if (restarts_.restarts < 0) {
+    refuse(kRestarts, "expected restarts ≥ 0, got {}", restarts_.restarts);
+  }
   if (!(restarts_.growth >= 1 && std::isfinite(restarts_.growth))) {
-    refuse("expected growth ≥ 1, got {}", restarts_.growth);
+    refuse(kRestarts, "expected growth ≥ 1, got {}", restarts_.growth);
   }
   const CmaEsOptions full = CmaEs(options_).options();  // checked, defaults filled in
   options_.scale = full.scale;
@@ -69,7 +64,9 @@ std::vector<Candidate> Restarts::ask() {
 }
 
 void Restarts::tell(std::uint64_t id, const Evaluation& evaluation) {
-  if (id < s_.first_id) refuse("no candidate {}, the descent began at {}", id, s_.first_id);
+  if (id < s_.first_id) {
+    refuse(kRestarts, "no candidate {}, the descent began at {}", id, s_.first_id);
+  }
   const std::uint64_t generation = cma_->state().generation;
   cma_->tell(id - s_.first_id, evaluation);
   if (cma_->state().generation != generation) endGeneration();
@@ -111,7 +108,7 @@ void Restarts::endGeneration() {
 }
 
 std::uint64_t Restarts::fingerprint() const {
-  StateWriter w("options", kStateVersion);
+  StateWriter w("options", kRestartsStateVersion);
   w.integer(restarts_.restarts);
   w.real(restarts_.growth);
   w.integer(restarts_.bipop);
@@ -127,7 +124,7 @@ std::uint64_t Restarts::fingerprint() const {
 }
 
 std::string Restarts::save() const {
-  StateWriter w(kKind, kStateVersion);
+  StateWriter w(kRestarts, kRestartsStateVersion);
   w.integer(fingerprint());
   for (const std::uint64_t v : {s_.descents, s_.grown, std::uint64_t{s_.small}, s_.lambda,
                                 s_.first_id, s_.used[0], s_.used[1], s_.latest_large}) {
@@ -139,8 +136,10 @@ std::string Restarts::save() const {
 }
 
 void Restarts::restore(std::string_view text) {
-  StateReader r(text, kKind, kStateVersion);
-  if (r.integer() != fingerprint()) refuse("cannot restore a state saved under other options");
+  StateReader r(text, kRestarts, kRestartsStateVersion);
+  if (r.integer() != fingerprint()) {
+    refuse(kRestarts, "cannot restore a state saved under other options");
+  }
   State s;
   s.descents = r.integer(1, kMostTrials);
   s.grown = r.integer(0, static_cast<std::uint64_t>(restarts_.restarts));

@@ -18,12 +18,11 @@
 #include "traceur/optim/curve_cma.h"
 #include "traceur/optim/family_baselines.h"
 #include "traceur/optim/state.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMax = std::numeric_limits<double>::max();
 constexpr double kLeast = std::numeric_limits<double>::denorm_min();
 

@@ -9,16 +9,15 @@
 #include "traceur/core/error.h"
 #include "traceur/optim/all.h"
 #include "traceur/optim/test_functions.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
 /// A bowl in variables of every kind, in their own units or in such that numbers are ordinary.
-class Bowl : public Problem {
+class BowlInUnits : public Problem {
  public:
-  Bowl(bool ordinary, bool family) : family_(family) {
+  BowlInUnits(bool ordinary, bool family) : family_(family) {
     if (!ordinary) exponents_ = {0, 401, -500, 30, 40};
   }
   VectorXd lower() const override { return inUnits(VectorXd{{-1, -0.5, 0, 0x1p40, -kInf}}); }
@@ -51,8 +50,8 @@ template <class Each>
 void expectEqualSearches(const OptimizerEntry& entry, const CommonOptions& ordinary,
                          const CommonOptions& unusual, const Each& each) {
   const bool family = entry.learns_families;
-  const Bowl plain(true, family);
-  const Bowl far(false, family);
+  const BowlInUnits plain(true, family);
+  const BowlInUnits far(false, family);
   const auto one = entry.make(plain, ordinary);
   auto other = entry.make(far, unusual);
   for (int g = 0; g < 40; ++g) {
@@ -78,7 +77,7 @@ void expectEqualSearches(const OptimizerEntry& entry, const CommonOptions& ordin
 
 TEST(SafeUnits, ChangeNothingButTheUnits) {
   const VectorXd x0{{0, 0.1, 0.5, 0x1p40 + 1, -0x1p40 - 1}};
-  const Bowl far(false, false);
+  const BowlInUnits far(false, false);
   for (const OptimizerEntry& entry : allOptimizers()) {
     if (entry.learns_families) continue;
     SCOPED_TRACE(entry.name);
@@ -97,7 +96,7 @@ TEST(SafeUnits, ChangeNothingButTheUnits) {
 
 TEST(SafeUnits, OfAFamilyChangeNothingButTheUnits) {
   const VectorXd x0{{0, 0.1, 0.5, 0x1p40 + 1, -0x1p40 - 1}};
-  const Bowl far(false, true);
+  const BowlInUnits far(false, true);
   for (const OptimizerEntry& entry : allOptimizers()) {
     if (!entry.learns_families) continue;
     SCOPED_TRACE(entry.name);

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 
 namespace traceur::optim {
 
@@ -39,7 +39,6 @@ Start startOf(const Problem& problem, const VectorXd& x0) {
 
 void completeStart(std::string_view who, const VectorXd& x0, double sigma, VectorXd& scale,
                    VectorXd& lower, VectorXd& upper) {
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("{}: {}", who, why));
   };

@@ -7,11 +7,10 @@
 #include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 std::string sample() {
   StateWriter w("thing", 3);

@@ -10,11 +10,10 @@
 #include "traceur/core/random.h"
 #include "traceur/optim/cma_es.h"
 #include "traceur/optim/test_functions.h"
+#include "traceur/optim/test_numbers.h"
 
 namespace traceur::optim {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 const CmaTermination kAllOff{.tolx = 0,
                              .tolfun = 0,

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/text.h"
 #include "traceur/practice/tasks.h"
 
@@ -18,7 +19,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// The rows of meta, read with messages that name the file and the row.

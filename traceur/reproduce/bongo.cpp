@@ -11,7 +11,7 @@ namespace {
 using bias::BongoFaults;
 using bias::BongoLearning;
 
-constexpr int kStarts = 100;  // that a last policy is tried from
+constexpr int kLastStarts = 100;  // that a last policy is tried from
 
 /// A table like the runs' whose values are what `of` makes of each.
 Results told(const Results& runs, const std::string& quantity, bool printed,
@@ -30,13 +30,13 @@ Results told(const Results& runs, const std::string& quantity, bool printed,
   return read;
 }
 
-struct Noise {
+struct SensorNoise {
   double torque, angle, rate;   // variances
   double no_error, with_error;  // printed
 };
 
-const std::vector<Noise>& noises() {
-  static const std::vector<Noise> kNoises = {
+const std::vector<SensorNoise>& noises() {
+  static const std::vector<SensorNoise> kNoises = {
       {0, 0, 0, 6.4, 2.8},           {1e-3, 0, 0, 7.3, 3.5},      {1e-2, 0, 0, 9.5, 4.8},
       {0.1, 0, 0, 5.5, 2.5},         {0.1, 1e-6, 1e-3, 7.5, 3.5}, {0.1, 2e-6, 2e-3, 4.4, 4.4},
       {0.1, 4e-6, 4e-3, 7.0, 3.3},   {0.1, 8e-6, 8e-3, 9.6, 5.0}, {0.1, 1.6e-5, 1.6e-2, 4.6, 5.5},
@@ -54,7 +54,7 @@ std::vector<Point> costsOf(const bias::BiasLearned& learned, double first) {
   return points;
 }
 
-constexpr const char* kProtocol =
+constexpr const char* kBongoProtocol =
     "Wheel and board begin within 0.5 degrees, a machine in Box2D, two runs of 5 s an iteration, "
     "both of which must stay up; at most ten iterations, counted as 10 when missed.";
 
@@ -130,7 +130,7 @@ const std::vector<Method>& methods() {
 }  // namespace
 
 BongoRun table13Run(int row, int column, std::uint64_t seed) {
-  const Noise& n = noises()[row];
+  const SensorNoise& n = noises()[row];
   BongoRun run;
   run.machine.faults.torque_variance = n.torque;
   run.machine.faults.angle_variance = n.angle;
@@ -162,10 +162,10 @@ Table table13() {
   t.protocol = fmt::format(
       "Rows: variances of torque, angles and rates. {} Whether the printed \"experiments\" are "
       "iterations or runs is not said: both are told beside them.",
-      kProtocol);
+      kBongoProtocol);
   t.points = "iteration:cost";
   std::vector<double> no_error, with_error;
-  for (const Noise& n : noises()) {
+  for (const SensorNoise& n : noises()) {
     t.rows.push_back({fmt::format("{:g} {:g} {:g}", n.torque, n.angle, n.rate), "", "iterations"});
     no_error.push_back(n.no_error);
     with_error.push_back(n.with_error);
@@ -195,7 +195,7 @@ Table figure41() {
       "which hardly a policy of the model alone holds. {} The worst cost of the two runs is drawn; "
       "below 200 both stayed up, and ours ends there. None: the model stays as it is, and is "
       "searched again. Printed runs, dashed, go on below 200.",
-      kProtocol);
+      kBongoProtocol);
   t.points = "iteration:cost";
   for (const PrintedMachine& m : machines41()) t.rows.push_back({m.name, "", "iterations"});
   t.columns = {{"bias", 5, 10, {}}, {"none", 5, 10, {}}};
@@ -226,7 +226,7 @@ Table bongoFaults() {
       "delay, friction and COM offset by least squares. Randomise: four models with random faults "
       "each time. Published: DIRECT alone from one start, one-step differences; none and our bias "
       "with that search, too.",
-      kProtocol);
+      kBongoProtocol);
   t.points = "starts:balanced";
   t.drawn = Drawn::kNothing;
   for (const Fault& f : faults()) t.rows.push_back({f.name, "", "iterations"});
@@ -238,10 +238,10 @@ Table bongoFaults() {
     const bias::BiasLearned learned = bias::learnOnMachine(run.machine, run.learning, stop);
     if (learned.stopped) return Outcome{};
     const int good =
-        bias::successes(run.machine, run.learning.board, learned.parameters, kStarts, seed);
+        bias::successes(run.machine, run.learning.board, learned.parameters, kLastStarts, seed);
     return Outcome{static_cast<double>(learned.iterations.size()),
                    !learned.solved,
-                   {{static_cast<double>(kStarts), static_cast<double>(good)}}};
+                   {{static_cast<double>(kLastStarts), static_cast<double>(good)}}};
   };
   t.readings = [](const Results& runs) {
     Results balanced =

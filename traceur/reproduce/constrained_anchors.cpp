@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/cma_c.h"
 #include "traceur/optim/one_plus_one.h"
@@ -20,9 +21,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// The stream of a run's start, apart from those of its optimiser.
-constexpr std::uint64_t kStartStream = 0x616e63686f72;  // "anchor"
+constexpr std::uint64_t kAnchorStartStream = 0x616e63686f72;  // "anchor"
 
 double square(double x) {
   return x * x;
@@ -102,14 +102,14 @@ const Definition& definition(int anchor) {
   return definitions()[anchor];
 }
 
-struct Algorithm {
+struct AnchorCompetitor {
   AnchorAlgorithm what;
   std::function<std::unique_ptr<optim::Optimizer>(const optim::CmaEsOptions&, int constraints)>
       make;  // empty: resampling
 };
 
-const std::vector<Algorithm>& algorithms() {
-  static const std::vector<Algorithm> kAll = {
+const std::vector<AnchorCompetitor>& anchorCompetitors() {
+  static const std::vector<AnchorCompetitor> kAll = {
       {{"resampling", "CMA-ES that draws until the trial is feasible; every trial counts."}, {}},
       {{"CMA-ES feasible first", "CMA-ES, feasible trials ranked first."},
        [](const optim::CmaEsOptions& o, int) -> std::unique_ptr<optim::Optimizer> {
@@ -162,7 +162,7 @@ std::span<const Anchor> anchors() {
 std::span<const AnchorAlgorithm> anchorAlgorithms() {
   static const std::vector<AnchorAlgorithm> kAll = [] {
     std::vector<AnchorAlgorithm> all;
-    for (const Algorithm& a : algorithms()) all.push_back(a.what);
+    for (const AnchorCompetitor& a : anchorCompetitors()) all.push_back(a.what);
     return all;
   }();
   return kAll;
@@ -170,12 +170,12 @@ std::span<const AnchorAlgorithm> anchorAlgorithms() {
 
 AnchorOutcome runAnchor(int anchor, int algorithm, std::uint64_t seed) {
   const AnchorProblem problem(anchor);
-  if (algorithm < 0 || algorithm >= static_cast<int>(algorithms().size())) {
+  if (algorithm < 0 || algorithm >= static_cast<int>(anchorCompetitors().size())) {
     throw InputError(fmt::format("constrained anchors: expected an algorithm in [0, {}], got {}",
-                                 algorithms().size() - 1, algorithm));
+                                 anchorCompetitors().size() - 1, algorithm));
   }
   const Anchor& a = definition(anchor).anchor;
-  Random random(seed, kStartStream);
+  Random random(seed, kAnchorStartStream);
   optim::CmaEsOptions options{.x0 = a.start,
                               .sigma = a.sigma,
                               .lower = problem.lower(),
@@ -199,7 +199,7 @@ AnchorOutcome runAnchor(int anchor, int algorithm, std::uint64_t seed) {
   };
   const auto over = [&] { return outcome.solved || outcome.rollouts >= kAnchorCap; };
 
-  const Algorithm& chosen = algorithms()[algorithm];
+  const AnchorCompetitor& chosen = anchorCompetitors()[algorithm];
   std::unique_ptr<optim::Optimizer> optimizer;
   if (chosen.make) {
     optimizer = chosen.make(options, static_cast<int>(problem.constraints().size()));

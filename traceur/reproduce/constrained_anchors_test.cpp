@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 
 namespace traceur::reproduce {
 namespace {
@@ -62,7 +62,6 @@ TEST(AnchorProblem, CostsAndBoundsAreThePublishedOnes) {
   EXPECT_EQ(AnchorProblem(2).upper(), Vector2d(100, 100));
   EXPECT_EQ(AnchorProblem(3).lower(), Vector2d(0, 0));
   EXPECT_EQ(AnchorProblem(3).upper(), Vector2d(3, 4));
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   EXPECT_EQ(AnchorProblem(0).lower(), Vector2d::Constant(-kInfinity));
   EXPECT_EQ(AnchorProblem(4).upper(), VectorXd::Constant(5, kInfinity));
   EXPECT_EQ(AnchorProblem(2).constraints().size(), 2U);

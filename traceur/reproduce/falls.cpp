@@ -34,7 +34,7 @@ std::vector<std::string> columnNames() {
   return names;
 }
 
-constexpr const char* kProtocol =
+constexpr const char* kFallProtocol =
     "Largest over time of the vertical impulse of 10 ms on all that is not the stance's own "
     "contact, pushes of 0.1 s on the trunk. Unplanned holds the stance; limp switches the motors "
     "off; damp lets them only resist; tuck curls up.";
@@ -77,8 +77,8 @@ FallExperiment experimentOf(const Case& c, std::uint64_t seed, bool as_published
 Table casesTable(const std::vector<Case>& cases) {
   Table t;
   t.made_with = fallPrints;
-  t.protocol =
-      fmt::format("{} The seed is that of the poses the reach tables are drawn from.", kProtocol);
+  t.protocol = fmt::format("{} The seed is that of the poses the reach tables are drawn from.",
+                           kFallProtocol);
   std::vector<double> unplanned, planned;
   for (const Case& c : cases) {
     std::string name = fmt::format("{} {} {:g} N", c.stance, c.direction, c.push);
@@ -156,7 +156,7 @@ Table fallRobustness() {
   t.protocol = fmt::format(
       "{} The plan ends with an impact that stops the fall, and is followed to its end without "
       "planning anew, as published; printed are 35 to 50 % of unplanned.",
-      kProtocol);
+      kFallProtocol);
   for (const double push : kPushes) t.rows.push_back({fmt::format("{:g} N", push), "", "N·s"});
   t.columns = {{"unplanned", 3, 9, {}}, {"the plan for 5 N", 3, 9, {}}};
   t.ratios = {{"planned / unplanned", 1, 0}};
@@ -289,7 +289,7 @@ Table randomFalls() {
   t.protocol = fmt::format(
       "{} Impulses as a share of that of the unplanned fall after the same "
       "push; missed: not below it. Points: the push and its share.",
-      kProtocol);
+      kFallProtocol);
   t.points = "push:share";
   t.drawn = Drawn::kNothing;
   t.center = Center::kMedian;

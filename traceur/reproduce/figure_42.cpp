@@ -13,8 +13,8 @@ namespace {
 using bias::VectorXd;
 
 // Streams of a seed.
-constexpr std::uint64_t kTraining = 20;
-constexpr std::uint64_t kStarts = 21;
+constexpr std::uint64_t kTrainingStream = 20;
+constexpr std::uint64_t kStartsStream = 21;
 
 class SameNoise : public Plant {
  public:
@@ -28,7 +28,7 @@ class SameNoise : public Plant {
     Hash start;
     start.add(std::span<const double>(x.data(), static_cast<size_t>(x.size())));
     machine_ = std::make_unique<bias::BongoHardware>(
-        bias::BongoParameters(), faults_, Random(seed_, kTraining, start.value()).bits());
+        bias::BongoParameters(), faults_, Random(seed_, kTrainingStream, start.value()).bits());
     machine_->reset(x);
   }
   void step(const VectorXd& u) override { machine_->step(u); }
@@ -122,8 +122,8 @@ Table figure42() {
       if (stop.stop_requested()) return outcome;
       const auto at = [&](int i) { return map.low + (i + 0.5) * side; };
       // The same noise for both policies of a pair.
-      bias::BongoHardware machine({}, noise,
-                                  Random(seed, kStarts, static_cast<std::uint64_t>(k)).bits());
+      bias::BongoHardware machine(
+          {}, noise, Random(seed, kStartsStream, static_cast<std::uint64_t>(k)).bits());
       const bool up = !bias::balance(machine, {}, policy,
                                      bias::bongoStart(at(k % map.count), at(k / map.count)))
                            .failed();

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 
 #include "traceur/core/error.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/all.h"
 #include "traceur/optim/family_baselines.h"
@@ -23,9 +23,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using skill::Skill;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A stream of the seed that no sample uses: a generation would have to be as large.
-constexpr std::uint64_t kStartStream = ~std::uint64_t{0};
+constexpr std::uint64_t kFamilyStartStream = ~std::uint64_t{0};
 constexpr int kSweep = 51;  // tasks a learnt family is tried on [Ha2015, Fig. 34]
 
 /// A skill and the range of tasks it is published for.
@@ -100,7 +99,7 @@ std::unique_ptr<optim::Optimizer> make(const optim::Problem& problem, const Skil
   cma.active = false;
   cma.seed = o.seed;
   // In the inner half of the ranges, where the print has [-1, 1] for a range and [-0.5, 0.5].
-  Random random(o.seed, kStartStream);
+  Random random(o.seed, kFamilyStartStream);
   const auto start = [&](int columns) {
     MatrixXd x(lower.size(), columns);
     for (double& value : x.reshaped()) value = random.uniform(0.25, 0.75);

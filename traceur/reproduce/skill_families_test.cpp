@@ -4,18 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <regex>
 #include <string>
 
 #include "traceur/core/error.h"
+#include "traceur/core/infinity.h"
 #include "traceur/skill/skill_problem.h"
 
 namespace traceur::reproduce {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(SkillFamilies, ReadALearningCurve) {
   const std::vector<Point> curve = {{32, 1.0}, {64, 0.5}, {128, 0.1}, {500, 0.1}};

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 
+#include "traceur/core/infinity.h"
 #include "traceur/core/random.h"
 #include "traceur/optim/all.h"
 #include "traceur/optim/curve_cma.h"
@@ -19,10 +19,9 @@ using optim::Evaluation;
 using optim::VectorXd;
 
 constexpr int kTasks = 6;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Streams of the seed that no sample uses: a generation would have to be as large.
 constexpr std::uint64_t kSegmentStream = ~std::uint64_t{0};
-constexpr std::uint64_t kStartStream = kSegmentStream - 1;
+constexpr std::uint64_t kTable11StartStream = kSegmentStream - 1;
 
 VectorXd uniform(Random& random, int n, double half) {
   VectorXd v(n);
@@ -126,7 +125,7 @@ std::unique_ptr<optim::Optimizer> make(const optim::Problem& problem, Algorithm 
     o.lambda = 16;
     o.active = false;
     o.seed = seed;
-    Random random(seed, kStartStream);
+    Random random(seed, kTable11StartStream);
     return std::make_unique<optim::PhiCma>(problem.tasks(), 2, o,
                                            uniform(random, 2 * n, 0.5).reshaped(n, 2));
   }

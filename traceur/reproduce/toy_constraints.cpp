@@ -29,7 +29,7 @@ constexpr double kDomain = 5;     ///< the first mean is uniform in [-5, 5]²
 constexpr double kRadius = 0.5;   ///< of ToyStop::kCollapsed
 constexpr double kClose = 0.002;  ///< of ToyStop::kReached
 /// The stream of a run's start, apart from those of its optimiser and of the noise.
-constexpr std::uint64_t kStartStream = 0x746f79;  // "toy"
+constexpr std::uint64_t kToyStartStream = 0x746f79;  // "toy"
 
 }  // namespace
 
@@ -88,7 +88,7 @@ optim::Evaluation ToyProblem::evaluate(const VectorXd& x) const {
 
 namespace {
 
-struct Algorithm {
+struct ToyCompetitor {
   ToyAlgorithm what;
   std::function<std::unique_ptr<optim::Optimizer>(const VectorXd& x0, std::uint64_t seed)> make;
 };
@@ -101,8 +101,8 @@ optim::CmaEsOptions cmaEs(const VectorXd& x0, std::uint64_t seed, bool feasible_
 /// A collapsed competitor starts anew where CMA-C would: fair, and better for it than to go on.
 constexpr double kCollapsed = 0.02;
 
-const std::vector<Algorithm>& algorithms() {
-  static const std::vector<Algorithm> kAll = {
+const std::vector<ToyCompetitor>& toyCompetitors() {
+  static const std::vector<ToyCompetitor> kAll = {
       {{"CMA-ES", "CMA-ES, all trials ranked by cost, as printed."},
        [](const VectorXd& x0, std::uint64_t seed) -> std::unique_ptr<optim::Optimizer> {
          return std::make_unique<optim::CmaEs>(cmaEs(x0, seed, false));
@@ -141,7 +141,7 @@ const std::vector<Algorithm>& algorithms() {
 std::span<const ToyAlgorithm> toyAlgorithms() {
   static const std::vector<ToyAlgorithm> kAll = [] {
     std::vector<ToyAlgorithm> all;
-    for (const Algorithm& a : algorithms()) all.push_back(a.what);
+    for (const ToyCompetitor& a : toyCompetitors()) all.push_back(a.what);
     return all;
   }();
   return kAll;
@@ -154,16 +154,16 @@ std::pair<ToyOutcome, std::unique_ptr<optim::Optimizer>> runToy(
     throw InputError(fmt::format("toy constraints: expected a row in [0, {}], got {}",
                                  toyRows().size() - 1, row));
   }
-  if (algorithm < 0 || algorithm >= static_cast<int>(algorithms().size())) {
+  if (algorithm < 0 || algorithm >= static_cast<int>(toyCompetitors().size())) {
     throw InputError(fmt::format("toy constraints: expected an algorithm in [0, {}], got {}",
-                                 algorithms().size() - 1, algorithm));
+                                 toyCompetitors().size() - 1, algorithm));
   }
   const ToyProblem problem(toyRows()[row], seed);
   const Vector2d optimum = toyRows()[row].optimum();
-  Random random(seed, kStartStream);
+  Random random(seed, kToyStartStream);
   VectorXd x0(2);
   for (double& x : x0) x = random.uniform(-kDomain, kDomain);
-  std::unique_ptr<optim::Optimizer> optimizer = algorithms()[algorithm].make(x0, seed);
+  std::unique_ptr<optim::Optimizer> optimizer = toyCompetitors()[algorithm].make(x0, seed);
 
   ToyOutcome outcome;
   int close_in_a_row = 0;

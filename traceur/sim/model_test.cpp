@@ -8,28 +8,16 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 
-#include "traceur/core/test_folder.h"
 #include "traceur/sim/recording.h"
+#include "traceur/sim/test_files.h"
 #include "traceur/sim/world.h"
 
 namespace traceur::sim {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
-
-std::string file(const std::string& name, const std::string& text) {
-  static const TestFolder kFolder;
-  std::filesystem::create_directories((kFolder / name).parent_path());
-  std::ofstream(kFolder / name, std::ios::binary) << text;
-  return kFolder / name;
-}
-
-std::shared_ptr<const Robot> robotOf(const std::string& path) {
-  return std::make_shared<const Robot>(Robot::fromFile(path));
-}
 
 template <class Do>
 std::string complaint(const Do& of) {
@@ -39,10 +27,6 @@ std::string complaint(const Do& of) {
     return e.what();
   }
   return "accepted";
-}
-
-void expectIn(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << text << "\nlacks " << part;
 }
 
 std::string mjcf(const std::string& bodies, const std::string& more = "") {

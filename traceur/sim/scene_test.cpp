@@ -10,31 +10,19 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 
 #include "traceur/core/error.h"
-#include "traceur/core/test_folder.h"
+#include "traceur/core/infinity.h"
 #include "traceur/sim/model.h"
 #include "traceur/sim/surface.h"
+#include "traceur/sim/test_files.h"
 #include "traceur/sim/world.h"
 
 namespace traceur::sim {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::string file(const std::string& name, const std::string& bytes) {
-  static const TestFolder kFolder;
-  std::filesystem::create_directories((kFolder / name).parent_path());
-  std::ofstream(kFolder / name, std::ios::binary) << bytes;
-  return kFolder / name;
-}
-
-std::shared_ptr<const Robot> robotOf(const std::string& path) {
-  return std::make_shared<const Robot>(Robot::fromFile(path));
-}
 
 std::string complaint(const Scene& scene) {
   try {
@@ -43,10 +31,6 @@ std::string complaint(const Scene& scene) {
     return e.what();
   }
   return "accepted";
-}
-
-void expectIn(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << text << "\nlacks " << part;
 }
 
 int geomOf(const Model& model, const char* name) {
