@@ -36,7 +36,7 @@ cmp -s "$dir/one" "$dir/two" || complain "falls differ with the threads"
 
 # Whatever happens on the way, the same limp fall comes down later or earlier for it.
 touch_down() {
-  "$traceur" land --strategy ragdoll --height 3 --time-step 0.003 --json "$@" |
+  "$traceur" land --strategy ragdoll --height 3 --velocity 2 --time-step 0.003 --json "$@" |
     python3 -c 'import json, sys; print(json.load(sys.stdin)["touch_down"])'
 }
 python3 - "$(touch_down)" "$(touch_down --drag time=0.2 up=1)" "$(touch_down --push time=0.1 up=60)" \
@@ -47,6 +47,8 @@ assert drag > plain + 0.1 and push > plain + 0.05 and onto < plain - 0.1, sys.ar
 assert abs(cannon - plain) < 0.1 and cannon != plain, sys.argv
 END
   complain "drag, push, cannon, onto: not as they should be"
+"$traceur" land --robot odd --skill land-dissertation --time-step 0.002 --json >"$dir/odd" || complain "odd: exit $?"
+grep -q '"touch_down": 0' "$dir/odd" || complain "odd: comes down nowhere"
 for surface in ice gym trampoline; do
   "$traceur" land --surface $surface --time-step 0.003 --json --perturb mass=1.1 delay=0.002 >"$dir/$surface" ||
     complain "land --surface $surface: exit $?"
@@ -63,14 +65,16 @@ refused() {
 }
 refused "--height 0: height is within [1, 25] m" --height 0
 refused "no surface named \"ics\". Did you mean \"ice\"?" --surface ics
-refused "begins inside" --height 3 --onto height=2.5
-refused "expected --height too" --onto height=1
+refused "begins inside" --height 3 --velocity 0 --onto height=2.5
+refused "expected --height and --velocity too" --onto height=1
+refused "expected --height and --velocity too" --height 3 --onto height=1
 refused "has no number \"tim\"" --push tim=3
 refused "expected a velocity" --cannon time=0.2
-refused "expected no --falls" --falls 2 --height 3 --onto height=1
+refused "expected no --falls" --falls 2 --height 3 --velocity 1 --onto height=1
 refused "no set of falls named" --falls 2 --set esy
 refused "to judge a landing by" --robot bioloid-gp
 refused "looked in" --robot nobody
+refused "lnd" --skill lnd
 refused "has no condition" --given heigth=3
 refused "expected NAME=VALUE" --given height
 refused "pictures are of one fall" --falls 2 --out "$dir/x.png"
