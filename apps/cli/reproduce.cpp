@@ -326,10 +326,10 @@ void addReproduce(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--threads", a->threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
-  verb->add_option(
-      "--out", a->out,
-      "CSV of every run; runs it already has are not made again, and only one process "
-      "may write it at a time. Default: runs/TABLE.csv. Of figure-10 to 12, 28, 39 and 40: the picture");
+  verb->add_option("--out", a->out,
+                   "CSV of every run; runs it already has are not made again, and only one process "
+                   "may write it at a time. Default: runs/TABLE.csv. Of figure-10 to 12, 28, 39 "
+                   "and 40: the picture");
   verb->add_option("--row", a->rows, "Run only these rows; all that was run is told")
       ->delimiter(',');
   verb->add_option("--column", a->columns, "Run only these columns")->delimiter(',');
