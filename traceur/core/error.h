@@ -51,8 +51,7 @@ class Diagnostics {
  public:
   explicit Diagnostics(std::string file) : files_{{std::move(file), 0}} {}
 
-  /// Lines beyond this one are those of another file, counted on; files in the order of their
-  /// lines.
+  /// Lines beyond this one are another file's, counted on; files in the order of their lines.
   void goesOn(std::string file, int after_line);
   /// The file that a line is of.
   const std::string& fileOf(int line) const { return placeOf(line).file; }

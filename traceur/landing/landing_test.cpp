@@ -236,6 +236,25 @@ TEST(Landing, PutsItsFeetOnANarrowWallAndRollsOffIt) {
   EXPECT_GE(rolled, 2);
 }
 
+TEST(Landing, OfTheOddBodyTurnsOverAndStands) {
+  const auto skill = skill::Skill::fromFile(skill::findSkill("odd", "land"));
+  const auto measured = [&](const Fall& f, std::string_view name) {
+    for (size_t i = 0; i < skill->measures.size(); ++i) {
+      if (skill->measures[i].name == name) return f.rollout.measures[i];
+    }
+    return std::nan("");
+  };
+  int stands = 0;
+  for (const double height : {2.5, 2.7, 2.9}) {
+    const Fall f = Faller({skill, skill->initialParameters()})
+                       .fall(given(*skill, {{"height", height}, {"practice", 1}}));
+    EXPECT_GT(measured(f, "turned"), 5) << height;
+    EXPECT_LT(f.verdict.head_force, Verdict::kHeadForce) << height;
+    stands += measured(f, "stood") > 0.6;
+  }
+  EXPECT_GE(stands, 2);
+}
+
 TEST(Landing, RunsOnIfToldTo) {
   const auto skill = skill::Skill::fromFile(skill::findSkill("human", "land"));
   const auto ran = std::find_if(skill->measures.begin(), skill->measures.end(),
