@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 using landing::Plane;
 using landing::Verdict;
 
-Json toJson(const Plane& p) {
+Json planeJson(const Plane& p) {
   return {{"up", p.up}, {"forward", p.forward}, {"spin", p.spin}, {"constant", p.constant}};
 }
 
@@ -87,9 +87,9 @@ Json drawLandingCondition(bool hands, std::uint64_t seed, const fs::path& file) 
   return {
       {"touch_downs", t.all.size()},
       {"stand", stand},
-      {"least", toJson(t.condition.least)},
-      {"wanted", toJson(wanted)},
-      {"most", toJson(t.condition.most)},
+      {"least", planeJson(t.condition.least)},
+      {"wanted", planeJson(wanted)},
+      {"most", planeJson(t.condition.most)},
       {"summary",
        fmt::format("{} of {} touch-downs stand; wanted: {:+.3f} v_up {:+.3f} v_forward {:+.3f} "
                    "spin {:+.3f}",
