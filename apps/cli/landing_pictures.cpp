@@ -7,6 +7,7 @@
 
 #include "apps/cli/interrupt.h"
 #include "apps/cli/pictures.h"
+#include "traceur/core/error.h"
 #include "traceur/render/figure.h"
 #include "traceur/reproduce/landing.h"
 #include "traceur/sim/world.h"
@@ -116,7 +117,9 @@ Json drawAirPoses(std::uint64_t seed, const fs::path& file) {
         sim::frameOf(world.snapshot(), static_cast<int>(k), Eigen::VectorXd()));
     how.times.push_back(s.time);
   }
-  draw(recording, file, how, interrupt, true);
+  if (!draw(recording, file, how, interrupt, true)) {
+    throw SystemError(fmt::format("{}: stopped before it was drawn", file.string()));
+  }
   return {{"chosen", air.chosen}, {"none", air.none}};
 }
 

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "traceur/control/expression.h"
 #include "traceur/core/hash.h"
 #include "traceur/core/lender.h"
 #include "traceur/core/toml.h"
@@ -308,7 +309,19 @@ AirPoses airPoses(std::uint64_t seed) {
     air.poses.push_back(skill.model->stateOf(at));
   }
   flight::FlightPlanner planner(skill.model, poses);
-  planner.landIn(phase->base);
+  VectorXd landing_pose = phase->base;
+  const control::Expression::Lookup numbers = [&](const std::string& name) -> const double* {
+    for (size_t i = 0; i < skill.parameters.size(); ++i) {
+      if (skill.parameters[i].name == name) {
+        return &way.parameters[static_cast<Eigen::Index>(i)];
+      }
+    }
+    return nullptr;
+  };
+  for (const skill::JointValue& v : phase->targets) {
+    landing_pose[v.joint] = v.sign * control::Expression(v.expression, numbers).value();
+  }
+  planner.landIn(landing_pose);
   sim::World world(skill.model);
   const landing::Plane plane = wantedBy(way);
   landing::Faller faller(way);

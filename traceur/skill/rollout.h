@@ -70,7 +70,7 @@ class Runner {
   /// Runs the skill. Equal arguments and conditions give equal bits in any Runner on any thread.
   /// @param parameters  (n), in the order and units of Skill::parameters
   /// @param recording   filled every kInterval when given
-  /// @param on_target   called each step with what the joints are told
+  /// @param on_target   called with what the joints are told, whenever the controller decides
   /// @param start       where another trial of the same scene ended, instead of the skill's start
   /// @throws InputError for a wrong number of parameters, or NaN among them
   Rollout run(const VectorXd& parameters, double task, sim::Recording* recording = nullptr,

@@ -502,6 +502,7 @@ class SkillReader {
     PartSource source;
     if (file.empty()) return part;
     const fs::path path = folderOf(row, "file") / file;
+    const size_t depth = files_->open.size();
     try {
       const auto& open = files_->open;
       if (std::find(open.begin(), open.end(), path.lexically_normal()) != open.end()) {
@@ -512,7 +513,6 @@ class SkillReader {
             fmt::format("the {}. file: expected at most {}", files_->count, kMostFiles));
       }
       source = PartSource::fromFile(path);
-      const size_t depth = open.size();
       files_->open.push_back(path.lexically_normal());
       SkillReader reader(source.file, source.text, skill_.disturbance, &skill_, *files_);
       reader.chained_ = scope == Scope::kSetup;
@@ -523,6 +523,7 @@ class SkillReader {
                                      source.learned.size(), part.skill->parameters.size()));
       }
     } catch (const InputError& e) {
+      files_->open.resize(depth);
       row.fail("file", fmt::format("\"file\": {}", e.what()));
       for (const std::string& name : set.names()) set.find(name);
       row.find("task");

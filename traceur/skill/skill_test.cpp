@@ -1414,5 +1414,38 @@ TEST(SkillProblem, RefusesTasksThatAreAllOneAndScoresNoneOfATrialThatDiverged) {
   EXPECT_EQ(problem.evaluate(VectorXd::Zero(1)).task_costs.size(), 3U);
 }
 
+TEST(Rollout, AFinerSimulationLeavesTheControllerItsTime) {
+  const std::string text = R"(
+name = "wave"
+robot = "bioloid-gp"
+horizon = 0.2
+[parameters]
+lift = { range = [0, 1], initial = 0.5 }
+[start.pose]
+base = "stand"
+[[phase]]
+name = "hold"
+pose = { base = "stand", shoulder = "lift" }
+[measures]
+all = { of = 1, take = "integral" }
+looked = { of = "time", take = "max" }
+[[objective]]
+name = "none"
+cost = 0
+)";
+  Disturbance finer;
+  finer.time_step = 0.0002;
+  const auto skill = Skill::fromText(text, "skills/bioloid-gp/test.toml", finer);
+  EXPECT_EQ(skill->model->timeStep(), 0.0002);
+  EXPECT_EQ(skill->decision_interval, 0.001);
+  Runner runner(skill);
+  int decided = 0;
+  const Runner::OnTarget count = [&](double, int, const control::JointTarget&) { ++decided; };
+  const Rollout r = runner.run(skill->initialParameters(), 0, nullptr, count);
+  EXPECT_EQ(decided, 200);
+  EXPECT_NEAR(r.measures[0], 0.2, 1e-9);  // a millisecond each time that it looks
+  EXPECT_NEAR(r.measures[1], 0.2, 1e-9);
+}
+
 }  // namespace
 }  // namespace traceur::skill
