@@ -4,8 +4,8 @@ namespace traceur::cli {
 
 const std::vector<AddVerb>& allVerbs() {
   static const std::vector<AddVerb> kVerbs = {
-      addTry,     addLearn, addPerform, addExport,  addShow,     addRender,    addPlot,
-      addInspect, addLand,  addFall,    addBalance, addMinimise, addReproduce,
+      addTry,  addLearn,   addCoach, addPerform, addExport,  addShow,     addRender,
+      addPlot, addInspect, addLand,  addFall,    addBalance, addMinimise, addReproduce,
   };
   return kVerbs;
 }

@@ -13,6 +13,7 @@ enum ExitCode { kDone = 0, kFailed = 1, kWrongUse = 2, kNotReached = 3, kInterru
 /// Adds a verb to the program; when it was asked for, its callback runs it and sets exit_code.
 using AddVerb = void (*)(CLI::App& program, int& exit_code);
 
+void addCoach(CLI::App& program, int& exit_code);
 void addTry(CLI::App& program, int& exit_code);
 void addLearn(CLI::App& program, int& exit_code);
 void addPerform(CLI::App& program, int& exit_code);

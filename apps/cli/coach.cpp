@@ -1,0 +1,162 @@
+// traceur coach: teach a skill in words.
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "apps/cli/arguments.h"
+#include "apps/cli/interrupt.h"
+#include "apps/cli/output.h"
+#include "apps/cli/performance.h"
+#include "apps/cli/progress.h"
+#include "apps/cli/verbs.h"
+#include "traceur/coach/lesson.h"
+#include "traceur/core/error.h"
+#include "traceur/core/printable.h"
+#include "traceur/core/text.h"
+
+namespace traceur::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct CoachArguments {
+  std::string script;
+  std::string out;
+  coach::LessonOptions options;
+  bool readings = false;
+  bool quiet = false;
+  bool json = false;
+};
+
+Json toJson(const coach::Reading& r) {
+  return {{"phase", r.phase},           {"line", r.line}, {"said", r.said},
+          {"means", r.means},           {"rigs", r.rigs}, {"term", r.term},
+          {"constraint", r.constraint}, {"note", r.note}};
+}
+
+void tellReadings(const std::vector<coach::Reading>& readings) {
+  for (const coach::Reading& r : readings) {
+    std::vector<std::string> what = r.rigs;
+    if (!r.term.empty()) what.push_back("min " + r.term);
+    if (!r.constraint.empty()) what.push_back("must: " + r.constraint);
+    print("  {:<34}{}\n", printable(r.means), printable(join(what, "; ")));
+    if (!r.note.empty()) print("  {:<34}({})\n", "", printable(r.note));
+  }
+}
+
+int showReadings(const CoachArguments& a, const coach::Script& script) {
+  Json all = Json::array();
+  for (size_t k = 0; k < script.phases.size(); ++k) {
+    const auto compiled = coach::compilePhase(script, k, {}, {});
+    if (!a.json) print("{}\n", script.phases[k].name);
+    if (!a.json) tellReadings(compiled.readings);
+    for (const coach::Reading& r : compiled.readings) all.push_back(toJson(r));
+  }
+  if (a.json) printJson(Json{{"script", script.name}, {"instructions", all}});
+  return kDone;
+}
+
+Json toJson(const coach::Lesson& lesson, const coach::Script& script) {
+  Json j{{"script", script.name},
+         {"instructions", script.instructions},
+         {"trials", lesson.trials},
+         {"run", lesson.whole.string()}};
+  for (const coach::PhaseLesson& p : lesson.phases) {
+    Json terms;
+    for (const practice::Quantity& q : p.terms) terms[q.name] = numberOrNull(q.value);
+    j["phases"].push_back({{"phase", p.phase},
+                           {"trials", p.trials},
+                           {"cost", numberOrNull(p.cost)},
+                           {"ended", p.ended},
+                           {"failed", p.failed},
+                           {"terms", terms},
+                           {"skill", p.skill.string()},
+                           {"run", p.run.string()}});
+  }
+  return j;
+}
+
+void report(const coach::Lesson& lesson, const coach::Script& script) {
+  print("{}: {} instructions, {} trials\n", script.name, script.instructions, lesson.trials);
+  for (const coach::PhaseLesson& p : lesson.phases) {
+    print("{:<16} {:>4} trials  cost {:<9.3g} {}\n", p.phase, p.trials, p.cost,
+          p.failed ? "fails: " + p.ended : "done");
+    for (const practice::Quantity& q : p.terms) {
+      if (q.name != "failed") print("  {:<34}{:.3g}\n", q.name, q.value);
+    }
+  }
+  if (lesson.whole.empty()) return;
+  print("  run file   {0}\n  film       traceur render {0}\n", lesson.whole.string());
+}
+
+int coachScript(const CoachArguments& a) {
+  Interrupt interrupt;
+  const coach::Script script = coach::Script::fromFile(a.script);
+  if (!a.quiet && !a.json) {
+    for (const Mistake& n : script.notes) {
+      note("note: {}:{}:{}: {}\n", n.file, n.line, n.column, n.text);
+    }
+  }
+  if (a.readings) return showReadings(a, script);
+  coach::LessonOptions options = a.options;
+  options.stop = interrupt.token();
+  const std::string folder =
+      a.out.empty() ? fmt::format("runs/{}-seed{}", fileNamePart(script.name), options.seed)
+                    : a.out;
+  std::optional<SearchLine> line;
+  std::string shown;
+  options.on_progress = [&](const std::string& phase, const optim::Progress& p) {
+    if (phase != shown) {
+      if (line) line->end();
+      line.emplace(phase, options.budget, false, a.quiet || a.json);
+      shown = phase;
+    }
+    line->show(p, {});
+  };
+  const coach::Lesson lesson = coach::practise(script, folder, options);
+  if (line) line->end();
+  if (a.json) {
+    printJson(toJson(lesson, script));
+  } else if (!a.quiet) {
+    report(lesson, script);
+  }
+  if (lesson.interrupted) {
+    note("stopped; the same command with --resume goes on\n");
+    return kInterrupted;
+  }
+  return lesson.whole.empty() ? kNotReached : kDone;
+}
+
+}  // namespace
+
+void addCoach(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<CoachArguments>();
+  CLI::App* verb =
+      program.add_subcommand("coach", "Teach a skill in words: practise a script of instructions.");
+  verb->add_option("SCRIPT", a->script, "Script (.coach)")->required();
+  verb->add_option("--seed", a->options.seed, "Equal seeds give equal runs")
+      ->check(isSeed())
+      ->capture_default_str();
+  verb->add_option("--budget", a->options.budget, "Trials of each phase")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  verb->add_option("--threads", a->options.threads, "0: one for each processor; changes no result")
+      ->check(CLI::Range(0, 1024));
+  verb->add_option("--out", a->out, "Folder; default: runs/SCRIPT-seedN");
+  verb->add_flag("--resume", a->options.resume, "Go on with what is in the folder");
+  verb->add_flag("--readings", a->readings,
+                 "Only say what each instruction is understood as, and what it adds");
+  verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  verb->add_flag("--json", a->json, "Print one JSON object at the end");
+  verb->footer(
+      "Examples:\n"
+      "  traceur coach skills/athlete/precision-jump.coach\n"
+      "  traceur coach skills/athlete/precision-jump.coach --readings\n"
+      "Exit code: 0 done, 1 failed, 2 wrong use, 3 a phase was not learned, 130 stopped by "
+      "Ctrl-C.");
+  verb->callback([a, &exit_code] { exit_code = coachScript(*a); });
+}
+
+}  // namespace traceur::cli

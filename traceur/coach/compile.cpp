@@ -1,0 +1,557 @@
+#include "traceur/coach/compile.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "traceur/coach/rigs.h"
+#include "traceur/control/expression.h"
+#include "traceur/core/text.h"
+
+namespace traceur::coach {
+namespace {
+
+std::string num(double v) {
+  return fmt::format("{:.6g}", std::abs(v) < 1e-12 ? 0.0 : v);
+}
+
+/// A phase as skill text names it.
+std::string identifier(std::string name) {
+  std::ranges::replace(name, '-', '_');
+  std::ranges::replace(name, ' ', '_');
+  return name;
+}
+
+constexpr char kAxes[] = {'x', 'y', 'z'};
+
+/// Compiles one phase.
+class Compiler {
+ public:
+  Compiler(const Script& script, size_t phase, const Before& before)
+      : script_(script),
+        phase_(script.phases[phase]),
+        name_(identifier(phase_.name)),
+        before_(before),
+        body_(script) {}
+
+  CompiledPhase compile(const std::filesystem::path& previous) {
+    ending();
+    for (const Instruction& i : phase_.instructions) instruct(i);
+    finish();
+    return {text(previous), std::move(readings_)};
+  }
+
+ private:
+  bool stands() const { return !phase_.bears.empty(); }
+  bool held() const { return phase_.ending.kind == Ending::Kind::kHeld; }
+  double horizon() const { return held() ? phase_.ending.amount : phase_.longest + 0.05; }
+
+  // Measures ------------------------------------------------------------------------------------
+  /// The name of a measure of that signal at the phase's end.
+  std::string measure(const std::string& name, const std::string& of,
+                      const std::string& take = "last", const std::string& more = "") {
+    const std::string row =
+        fmt::format("{} = {{ of = \"{}\", take = \"{}\"{} }}", name, of, take, more);
+    if (std::ranges::find(draft_.measures, row) == draft_.measures.end()) {
+      draft_.measures.push_back(row);
+    }
+    return name;
+  }
+  std::string com(int axis) {
+    return measure(fmt::format("com_{}", kAxes[axis]), fmt::format("com.{}", kAxes[axis]));
+  }
+  std::string speed(int axis) {
+    return measure(fmt::format("speed_{}", kAxes[axis]),
+                   fmt::format("com_velocity.{}", kAxes[axis]));
+  }
+  std::string position(const Thing& t, int axis) {
+    const char a = kAxes[axis];
+    if (t.kind == Thing::Kind::kCom) return com(axis);
+    if (t.kind == Thing::Kind::kCop)
+      return measure(fmt::format("cop_{}", a), fmt::format("cop.{}", a));
+    return measure(fmt::format("{}_{}", t.name, a), fmt::format("body.{}.{}", t.name, a));
+  }
+  std::string signal(const Thing& t, int axis) const {
+    const char a = kAxes[axis];
+    if (t.kind == Thing::Kind::kCom) return fmt::format("com.{}", a);
+    if (t.kind == Thing::Kind::kCop) return fmt::format("cop.{}", a);
+    if (t.kind == Thing::Kind::kPlace) return num(body_.origin[axis] * (axis < 2) + t.vector[axis]);
+    return fmt::format("body.{}.{}", t.name, a);
+  }
+  double before(const std::string& measure) const {
+    const auto found = before_.find(measure);
+    return found == before_.end() ? 0 : found->second;
+  }
+
+  // What every phase has -------------------------------------------------------------------------
+  void ending() {
+    const std::string& group = phase_.ending.group;
+    switch (phase_.ending.kind) {
+      case Ending::Kind::kComLeads:
+        until_ = fmt::format("com.x - body.{}.x > {}", group, num(phase_.ending.amount));
+        break;
+      case Ending::Kind::kLeave:
+        until_ = fmt::format("phase_time > 0.03 && contact.{0} == 0 && impulse.{0} == 0", group);
+        break;
+      case Ending::Kind::kTouch:
+        until_ = fmt::format("phase_time > 0.1 && contact.{} > 0", group);
+        break;
+      case Ending::Kind::kAfter:
+        until_ = fmt::format("phase_time >= {}", num(phase_.ending.amount));
+        break;
+      case Ending::Kind::kHeld:
+        break;
+    }
+    // Where the COM may be over the feet while they bear it [ours: the pilot's limits].
+    if (phase_.bears == "feet" && !held()) {
+      fails("falls_backward", "com.x - body.feet.x < -0.15 && contact.feet > 0");
+      fails("falls_forward", "com.x - body.feet.x > 0.45 && contact.feet > 0");
+    }
+    if (stands()) {
+      fails("touches", fmt::format("contact.robot > contact.{}", phase_.bears));
+    } else if (phase_.ending.kind == Ending::Kind::kTouch) {
+      fails("touches",
+            fmt::format("phase_time > 0.1 && contact.robot > contact.{}", phase_.ending.group));
+    }
+    if (!held()) fails("late", fmt::format("phase_time >= {}", num(phase_.longest)));
+    if (phase_.name == "landing") {
+      measure("feet_at_first", "body.feet.x", "first");
+      measure("feet_aside_at_first", "body.feet.y", "first");
+      // From soon after the touch on: feet that creep by more are a hop.
+      fails("hops",
+            fmt::format("phase_time > 0.25 && abs(body.feet.x - {}) + abs(body.feet.y - {}) > 0.06",
+                        num(before("feet_at_first")), num(before("feet_aside_at_first"))));
+    }
+  }
+  void fails(const std::string& name, const std::string& when) {
+    failures_.push_back(name);
+    draft_.failures.push_back(fmt::format("[[failure]]\nname = \"{}\"\nwhen = \"{}\"", name, when));
+  }
+  void term(const std::string& name, const std::string& cost) { terms_.emplace_back(name, cost); }
+
+  // Instructions ---------------------------------------------------------------------------------
+  void rig(const char* name, const std::string& shown, RigUse use, Reading& r) {
+    r.rigs.push_back(shown);
+    const std::string id = shown;
+    if (draft_.has(id)) return;
+    use.body = &body_;
+    use.phase = &phase_;
+    rigNamed(name).add(use, draft_);
+    draft_.rigs.push_back(id);
+  }
+  void ikRig(Reading& r) {
+    rig("IKPose", stands() ? "IKPose<contact, root>" : "IKPose<root, feet>", {}, r);
+  }
+
+  void instruct(const Instruction& i) {
+    Reading r{.phase = phase_.name,
+              .said = i.said,
+              .means = i.means,
+              .line = i.line,
+              .rigs = {},
+              .term = {},
+              .constraint = {},
+              .note = {}};
+    switch (i.form) {
+      case Form::kFlex:
+        flex(i, r);
+        break;
+      case Form::kMove:
+        move(i, r);
+        break;
+      case Form::kTranslate:
+        translate(i, r);
+        break;
+      case Form::kRotate:
+        rotate(i, r);
+        break;
+      case Form::kSpeed:
+        speedNear(i, r);
+        break;
+      case Form::kMomentum:
+        momentum(i, r);
+        break;
+      case Form::kTurn:
+        turn(i, r);
+        break;
+      case Form::kBalance:
+        balance(r);
+        break;
+      case Form::kStiffness:
+        stiffen(i, r);
+        break;
+      case Form::kPush:
+        push(i, r);
+        break;
+      case Form::kPlace:
+        place(i, r);
+        break;
+      case Form::kRelation:
+        relate(i, r);
+        break;
+    }
+    readings_.push_back(std::move(r));
+  }
+
+  void flex(const Instruction& i, Reading& r) {
+    const std::string& joint = i.subject->joints[0];
+    double angle = i.amount;
+    if (i.relative) angle += before(measure("angle_" + joint, "joint." + joint));
+    rig("TargetJoints", fmt::format("TargetJoints<{}>", joint), {.joints = {joint}, .value = angle},
+        r);
+    r.note = "set exactly, as its only parameter is what is asked";
+  }
+
+  /// Where the COM is wanted, by axis.
+  void wantCom(int axis, double where) { com_wanted_[axis] = where; }
+
+  void move(const Instruction& i, Reading& r) {
+    if (stands() || phase_.ending.kind == Ending::Kind::kTouch) ikRig(r);
+    for (int a = 0; a < 3; ++a) {
+      if (std::abs(i.direction[a]) < 0.5) continue;
+      const double delta = i.direction[a] * i.amount;
+      if (placed_com_) {
+        com_wanted_[a] = com_wanted_[a].value_or(0) + delta;
+        r.note = "moves the place that was asked for";
+      } else {
+        if (com_wanted_[a]) r.note = "replaces what was asked before";
+        com_wanted_[a] = before(com(a)) + delta;
+      }
+      com(a);
+    }
+    r.term = "|C·d - (C before·d + delta)|";
+  }
+  void translate(const Instruction& i, Reading& r) {
+    limbRig(*i.subject, r);
+    for (int a = 0; a < 3; ++a) {
+      if (std::abs(i.direction[a]) < 0.5) continue;
+      const std::string m = position(*i.subject, a);
+      term(i.means, fmt::format("abs({} - ({}))", m, num(before(m) + i.direction[a] * i.amount)));
+    }
+    r.term = "|p·d - (p before·d + delta)|";
+  }
+  void limbRig(const Thing& limb, Reading& r) {
+    if (limb.name == "feet") return ikRig(r);
+    r.note = "no rig yet for this limb: it moves as the others make it";
+  }
+  void rotate(const Instruction& i, Reading& r) {
+    const int a = std::abs(i.direction.y()) > 0.5 ? 1 : std::abs(i.direction.z()) > 0.5 ? 2 : 0;
+    static constexpr const char* kAngle[] = {"tilt", "somersault", "heading"};
+    const std::string body = i.subject->name;
+    const std::string m =
+        measure(fmt::format("{}_{}", kAngle[a], body), fmt::format("{}.{}", kAngle[a], body));
+    if (stands()) ikRig(r);
+    term(i.means, fmt::format("abs({} - ({}))", m, num(before(m) + i.direction[a] * i.amount)));
+    r.term = "|angle - (angle before + delta)|";
+  }
+  void force(Reading& r) {
+    const std::string group = stands() ? phase_.bears : "feet";
+    rig("VirtualForce", "VirtualForce<contact>", {.target = group}, r);
+  }
+  void speedNear(const Instruction& i, Reading& r) {
+    force(r);
+    velocity_ = i.velocity;
+    for (int a = 0; a < 3; ++a) speed(a);
+    r.term = "|v - v asked|";
+  }
+  void momentum(const Instruction& i, Reading& r) {
+    force(r);
+    if (velocity_) {
+      *velocity_ *= i.amount;
+      r.note = "of the speed asked before; in m/s, the momentum divided by the mass";
+    } else {
+      velocity_ = i.amount * Vector3d(before(speed(0)), before(speed(1)), before(speed(2)));
+      r.note = "in m/s, the momentum divided by the mass";
+    }
+    for (int a = 0; a < 3; ++a) speed(a);
+    r.term = "|P - gamma P before|";
+  }
+  std::string spin(int axis) {
+    return measure(fmt::format("spin_{}", kAxes[axis]), fmt::format("spin.{}", kAxes[axis]));
+  }
+  void turn(const Instruction& i, Reading& r) {
+    force(r);
+    std::vector<std::string> squares;
+    for (int a = 0; a < 3; ++a) {
+      const std::string m = spin(a);
+      squares.push_back(fmt::format("({} - {})^2", m, num(i.amount * before(m))));
+    }
+    term(i.means, fmt::format("0.1 * sqrt({})", join(squares, " + ")));
+    r.term = "|L - gamma L before|";
+    r.note = "in rad/s, L divided by the inertia, a tenth of it";
+  }
+  void balance(Reading& r) {
+    rig("FeedbackVirtualForce", "FeedbackVirtualForce<contact, C_bal>", {}, r);
+    rig("Stiffness", "Stiffness<legs>", {.joints = body_.leg_joints}, r);
+    std::vector<std::string> squares;
+    for (int a = 0; a < 3; ++a) squares.push_back(speed(a) + "^2");
+    term("BALANCE", fmt::format("sqrt({})", join(squares, " + ")));
+    r.term = "|v|";
+    r.note =
+        "acts on the COM against the soles, 3000 N/m and 600 N·s/m; the legs' stiffness is "
+        "found with it";
+  }
+  void stiffen(const Instruction& i, Reading& r) {
+    std::vector<std::string> joints;
+    for (const std::string& j : i.subject->joints) joints.push_back(j);
+    rig("Stiffness", fmt::format("Stiffness<{}>", i.subject->said),
+        {.joints = joints, .value = i.amount}, r);
+    r.note = "set exactly, as its only parameter is what is asked";
+  }
+  void push(const Instruction& i, Reading& r) {
+    rig("VirtualForce", "VirtualForce<contact>", {.target = i.subject->name}, r);
+  }
+  void place(const Instruction& i, Reading& r) {
+    const Thing& what = *i.subject;
+    const Thing& where = *i.other;
+    if (what.kind == Thing::Kind::kCom && where.kind == Thing::Kind::kPlace) {
+      if (stands()) {
+        ikRig(r);
+        r.note = "on the ground it needs a rig; printed without";
+      }
+      for (int a = 0; a < 3; ++a) {
+        com_wanted_[a] = where.vector[a] + (a < 2 ? body_.origin[a] : 0);
+        com(a);
+      }
+      placed_com_ = true;
+      r.term = "|C - place|";
+      return;
+    }
+    if (what.kind == Thing::Kind::kBody && what.name == "feet" && !stands()) {
+      ikRig(r);
+      r.note = "in the air it needs a rig; printed without";
+    }
+    std::vector<std::string> squares;
+    for (int a = 0; a < 3; ++a) {
+      std::string to;
+      if (where.kind == Thing::Kind::kPlace) {
+        // A foot is on the ground when its frame is as high as standing has it.
+        const double up = what.name == "feet" ? body_.origin.z() : 0;
+        to = num(where.vector[a] + (a < 2 ? body_.origin[a] : up));
+      } else {
+        to = position(where, a);
+      }
+      squares.push_back(fmt::format("({} - ({}))^2", position(what, a), to));
+    }
+    term(i.means, fmt::format("sqrt({})", join(squares, " + ")));
+    r.term = "|A - B|";
+  }
+  void relate(const Instruction& i, Reading& r) {
+    const Thing& a = *i.subject;
+    const Thing& b = *i.other;
+    const std::string at_end = held() ? "phase_time >= " + num(horizon() - 0.01) : "ended." + name_;
+    const std::string id = fmt::format("not_{}", ++relations_);
+    if (a.kind == Thing::Kind::kSpin) {
+      const int axis = std::abs(a.vector.y()) > 0.5 ? 1 : std::abs(a.vector.z()) > 0.5 ? 2 : 0;
+      const double sign = a.vector[axis] * (i.relation == Relation::kLess ? -1 : 1);
+      fails("spins_wrongly", fmt::format("{} && {} * angular_momentum.{} < {}", at_end, num(sign),
+                                         kAxes[axis], num(sign * b.number)));
+      if (stands() && b.number == 0) {
+        // Nothing printed keeps it small, and 30 kg m²/s satisfy it: a somersault.
+        term("spin, no more than needed", fmt::format("0.1 * abs({})", spin(axis)));
+        r.note = "and no more of it than needed: 0.1 |spin|";
+      }
+      r.constraint = fmt::format("{} at the end", i.means);
+      return;
+    }
+    if (a.kind == Thing::Kind::kAttitude) {
+      const int axis = std::abs(a.vector.y()) > 0.5 ? 1 : std::abs(a.vector.z()) > 0.5 ? 2 : 0;
+      static constexpr const char* kAngle[] = {"tilt", "somersault", "heading"};
+      const bool less = i.relation == Relation::kLess;
+      fails(id, fmt::format("{} && {} * {}.{} {} {}", at_end, num(a.vector[axis]), kAngle[axis],
+                            a.name, less ? ">" : "<", num(b.number)));
+      r.constraint = fmt::format("{} at the end", i.means);
+      return;
+    }
+    int axis = 0;
+    bool less = false;
+    switch (i.relation) {
+      case Relation::kInFrontOf:
+        less = true;
+        break;
+      case Relation::kBehind:
+        break;
+      case Relation::kAbove:
+        axis = 2;
+        less = true;
+        break;
+      case Relation::kBelow:
+        axis = 2;
+        break;
+      case Relation::kLeftOf:
+        axis = 1;
+        less = true;
+        break;
+      case Relation::kRightOf:
+        axis = 1;
+        break;
+      default:
+        break;
+    }
+    fails(id, fmt::format("{} && {} {} {}", at_end, signal(a, axis), less ? "<" : ">",
+                          signal(b, axis)));
+    r.constraint = fmt::format("{} at the end", i.means);
+  }
+
+  // The cost -------------------------------------------------------------------------------------
+  void finish() {
+    std::vector<std::string> squares;
+    for (int a = 0; a < 3; ++a) {
+      if (com_wanted_[a])
+        squares.push_back(fmt::format("({} - ({}))^2", com(a), num(*com_wanted_[a])));
+    }
+    if (squares.size() == 1) {
+      term("COM", fmt::format("sqrt({})", squares[0]));
+    } else if (!squares.empty()) {
+      term("COM", fmt::format("sqrt({})", join(squares, " + ")));
+    }
+    if (velocity_) {
+      squares.clear();
+      for (int a = 0; a < 3; ++a) {
+        squares.push_back(fmt::format("({} - ({}))^2", speed(a), num((*velocity_)[a])));
+      }
+      term("speed", fmt::format("sqrt({})", join(squares, " + ")));
+    }
+    std::string failed;
+    for (const std::string& f : failures_) failed += (failed.empty() ? "" : " || ") + f;
+    // In metres and metres per second terms are below 3: whoever fails ranks last, the sooner the
+    // worse. The printed K of 1000 1/s is as large as a squared momentum.
+    if (!failed.empty()) {
+      term("failed", fmt::format("({}) * (3 + 3 * (horizon - time))", failed));
+    } else if (terms_.empty()) {
+      term("time", "0 * time");
+    }
+  }
+
+  std::string text(const std::filesystem::path& previous) const {
+    std::string out =
+        fmt::format("# {}: {}. Made from {}.\nname = \"{}\"\nrobot = \"{}\"\nhorizon = {}\n",
+                    script_.name, phase_.name, script_.file.filename().string(),
+                    identifier(script_.name + "_" + phase_.name), script_.robot, num(horizon()));
+    if (!held()) out += fmt::format("stop = \"ended.{}\"\n", name_);
+    out += "target_cost = 0.02\n";
+    out += sceneText(script_);
+    out += previous.empty()
+               ? fmt::format("\n[start.pose]\nbase = \"{}\"\n", script_.start)
+               : fmt::format("\n[start]\nafter = {{ file = \"{}\" }}\n", previous.string());
+    const auto rows = [&](const char* heading, const std::vector<std::string>& lines) {
+      if (lines.empty()) return;
+      out += fmt::format("\n{}\n", heading);
+      for (const std::string& l : lines) out += l + "\n";
+    };
+    rows("[constants]", draft_.constants);
+    std::vector<std::string> parameters = draft_.parameters;
+    if (parameters.empty()) {
+      parameters.emplace_back(
+          "still = { unit = \"1\", range = [0, 1], initial = 0, help = \"Nothing to practise.\" }");
+    }
+    rows("[parameters]", parameters);
+    out += fmt::format("\n[[phase]]\nname = \"{}\"\npose = {}\nblend = {}\n", name_, poseText(),
+                       num(phase_.pose.blend > 0 ? phase_.pose.blend : phase_.kind->blend));
+    if (!draft_.stiffness.empty()) out += "stiffness = " + table(draft_.stiffness) + "\n";
+    if (phase_.kind->damping != 1) {
+      std::vector<std::pair<std::string, std::string>> d;
+      for (const std::string& j : body_.leg_joints) d.emplace_back(j, num(phase_.kind->damping));
+      out += "damping = " + table(d) + "\n";
+    }
+    if (!until_.empty()) out += fmt::format("until = \"{}\"\n", until_);
+    if (!draft_.reach.empty()) {
+      out += "[phase.reach]\n";
+      for (const std::string& l : draft_.reach) out += l + "\n";
+    }
+    for (const std::string& f : draft_.forces) out += "[[phase.force]]\n" + f + "\n";
+    rows("[measures]", draft_.measures);
+    for (const std::string& f : draft_.failures) out += "\n" + f + "\n";
+    for (const auto& [name, cost] : terms_) {
+      out += fmt::format("\n[[objective]]\nname = \"{}\"\ncost = \"{}\"\n", name, cost);
+    }
+    return out;
+  }
+  static std::string table(const std::vector<std::pair<std::string, std::string>>& entries) {
+    std::vector<std::string> out;
+    std::vector<std::string> seen;
+    for (auto e = entries.rbegin(); e != entries.rend(); ++e) {  // the latest of a joint
+      if (std::ranges::find(seen, e->first) != seen.end()) continue;
+      seen.push_back(e->first);
+      out.insert(out.begin(), fmt::format("{} = \"{}\"", e->first, e->second));
+    }
+    return "{ " + join(out) + " }";
+  }
+  std::string poseText() const {
+    std::vector<std::pair<std::string, std::string>> entries;
+    for (const KeyAngle& a : phase_.pose.angles) entries.emplace_back(a.joint, num(a.angle));
+    entries.insert(entries.end(), draft_.pose.begin(), draft_.pose.end());
+    const std::string joints = entries.empty() ? "" : ", " + table(entries).substr(2);
+    return entries.empty() ? fmt::format("{{ base = \"{}\" }}", phase_.pose.base)
+                           : fmt::format("{{ base = \"{}\"{}", phase_.pose.base, joints);
+  }
+
+ public:
+  static std::string sceneText(const Script& s) {
+    std::string out = fmt::format("\n[scene]\nground = {}\nfriction = {}\n",
+                                  s.ground ? "true" : "false", num(s.friction));
+    for (const SceneBox& b : s.boxes) {
+      out += fmt::format("[[scene.box]]\nname = \"{}\"\nsize = [{}, {}, {}]\nat = [{}, {}, {}]\n",
+                         b.name, num(b.size.x()), num(b.size.y()), num(b.size.z()), num(b.at.x()),
+                         num(b.at.y()), num(b.at.z()));
+    }
+    for (const SceneWall& w : s.walls) {
+      out += fmt::format(
+          "[[scene.wall]]\nname = \"{}\"\nat = [{}, {}, {}]\nyaw = {}\nwidth = 4\nheight = 3\n",
+          w.name, num(w.at.x()), num(w.at.y()), num(w.at.z()), w.at.x() > 0 ? "3.14159265" : "0");
+    }
+    return out;
+  }
+
+ private:
+  const Script& script_;
+  const Phase& phase_;
+  std::string name_;
+  const Before& before_;
+  Body body_;
+  SkillDraft draft_;
+  std::string until_;
+  std::vector<std::string> failures_;
+  std::vector<std::pair<std::string, std::string>> terms_;
+  std::vector<Reading> readings_;
+  std::optional<double> com_wanted_[3];
+  bool placed_com_ = false;
+  std::optional<Vector3d> velocity_;
+  int relations_ = 0;
+};
+
+}  // namespace
+
+CompiledPhase compilePhase(const Script& script, size_t phase,
+                           const std::filesystem::path& previous, const Before& before) {
+  return Compiler(script, phase, before).compile(previous);
+}
+
+std::string wholeText(const Script& script, const std::vector<LearnedPhase>& learned) {
+  std::string out = fmt::format(
+      "# {}: its phases one after another. Made from {}.\nname = \"{}\"\nrobot = \"{}\"\n",
+      script.name, script.file.filename().string(), script.name, script.robot);
+  out += Compiler::sceneText(script);
+  out += fmt::format("\n[start.pose]\nbase = \"{}\"\n\n[parameters]\n", script.start);
+  std::string parts;
+  std::string costs;
+  for (size_t i = 0; i < learned.size(); ++i) {
+    const std::string name = identifier(script.phases[i].name);
+    std::vector<std::string> given;
+    for (const auto& [parameter, value] : learned[i].parameters) {
+      const double reach = std::max(0.1, 0.5 * std::abs(value));
+      out +=
+          fmt::format("{}_{} = {{ unit = \"1\", range = [{:.17g}, {:.17g}], initial = {:.17g} }}\n",
+                      name, parameter, value - reach, value + reach, value);
+      given.push_back(fmt::format("{0} = \"{1}_{0}\"", parameter, name));
+    }
+    parts += fmt::format(
+        "\n[[skill]]\nname = \"{}\"\nfile = \"{}\"\nparameters = {{ {} }}\notherwise = 5\n", name,
+        learned[i].skill.filename().string(), join(given));
+    costs += fmt::format("\n[[objective]]\nname = \"{0}\"\ncost = \"{0}.cost\"\n", name);
+  }
+  return out + parts + costs;
+}
+
+}  // namespace traceur::coach

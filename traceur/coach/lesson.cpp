@@ -1,0 +1,112 @@
+#include "traceur/coach/lesson.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
+#include "traceur/practice/learn.h"
+#include "traceur/practice/learned.h"
+#include "traceur/skill/rollout.h"
+
+namespace traceur::coach {
+namespace {
+
+namespace fs = std::filesystem;
+
+// As the dissertation's: ten candidates a generation, of which a failed one teaches where not to
+// try [Ha2015, §6.1]. The step is half of half a range.
+constexpr int kPopulation = 10;
+constexpr double kStep = 0.25;
+
+void write(const fs::path& file, const std::string& text) {
+  PendingFile out(file);
+  out.write(text);
+  out.commit();
+}
+
+/// What the phase measures with its key pose and nothing found.
+Before measured(const std::string& text, const fs::path& file) {
+  const auto skill = skill::Skill::fromText(text, file);
+  skill::Runner runner(skill);
+  const skill::Rollout r = runner.run(skill->initialParameters(), 0);
+  Before before;
+  for (size_t i = 0; i < r.measures.size(); ++i) {
+    before[skill->measures[i].name] = std::isfinite(r.measures[i]) ? r.measures[i] : 0;
+  }
+  return before;
+}
+
+LearnedPhase learnedOf(const PhaseLesson& p) {
+  const auto learned = practice::learnedSkill(practice::Run::open(p.run));
+  LearnedPhase out{p.skill, {}};
+  for (size_t i = 0; i < learned.skill->parameters.size(); ++i) {
+    out.parameters.emplace_back(learned.skill->parameters[i].name,
+                                learned.parameters[static_cast<Eigen::Index>(i)]);
+  }
+  return out;
+}
+
+void perform(const Script& script, const fs::path& folder, Lesson& lesson) {
+  std::vector<LearnedPhase> learned;
+  for (const PhaseLesson& p : lesson.phases) learned.push_back(learnedOf(p));
+  const fs::path file = folder / (script.name + ".toml");
+  const std::string text = wholeText(script, learned);
+  write(file, text);
+  const auto skill = skill::Skill::fromText(text, file);
+  const practice::LearnedSkill what{skill, skill->task.initial, skill->initialParameters()};
+  sim::Recording recording;
+  const skill::Rollout r = what.perform(&recording);
+  lesson.whole = folder / (script.name + ".run");
+  fs::remove(lesson.whole);
+  practice::keep(what, r, recording, lesson.whole);
+}
+
+}  // namespace
+
+Lesson practise(const Script& script, const fs::path& folder, const LessonOptions& options) {
+  fs::create_directories(folder);
+  Lesson lesson;
+  fs::path previous;
+  for (size_t k = 0; k < script.phases.size(); ++k) {
+    PhaseLesson p;
+    p.phase = script.phases[k].name;
+    const std::string stem = fmt::format("{}-{}", k + 1, p.phase);
+    p.skill = folder / (stem + ".toml");
+    p.run = folder / (stem + ".run");
+    const Before before = measured(compilePhase(script, k, previous, {}).text, p.skill);
+    const CompiledPhase compiled = compilePhase(script, k, previous, before);
+    p.readings = compiled.readings;
+    write(p.skill, compiled.text);
+    const auto skill = skill::Skill::fromText(compiled.text, p.skill);
+    const practice::SearchOptions search{.seed = options.seed + k,
+                                         .budget = options.budget,
+                                         .optimiser = "cma-c",
+                                         .population = kPopulation,
+                                         .step_size = kStep};
+    const practice::Learned learned =
+        practice::learn(skill, 0, search, p.run, options.resume,
+                        {.threads = options.threads,
+                         .stop = options.stop,
+                         .on_generation = [&](const optim::Progress& progress, const auto&) {
+                           if (options.on_progress) options.on_progress(p.phase, progress);
+                         }});
+    p.trials = learned.summary.progress.evaluations;
+    lesson.trials += p.trials;
+    lesson.interrupted = learned.summary.end == optim::End::kInterrupted;
+    p.failed = !learned.best || learned.best->failed();
+    if (learned.best) {
+      p.cost = learned.best->cost;
+      p.ended = learned.best->ended;
+      p.terms = practice::objectivesOf(*skill, *learned.best);
+    }
+    lesson.phases.push_back(p);
+    if (lesson.interrupted || p.failed) return lesson;
+    previous = p.run.filename();
+  }
+  perform(script, folder, lesson);
+  return lesson;
+}
+
+}  // namespace traceur::coach

@@ -1,0 +1,52 @@
+// Practising a script: each phase from where the one before it ended.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "traceur/coach/compile.h"
+#include "traceur/optim/minimise.h"
+#include "traceur/practice/run.h"
+
+namespace traceur::coach {
+
+struct LessonOptions {
+  std::uint64_t seed = 1;
+  int budget = 150;  ///< trials of each phase
+  bool resume = false;
+  int threads = 0;  ///< 0: one for each processor; changes no result
+  std::stop_token stop = {};
+  /// Of a phase: its name, and how far the search is.
+  std::function<void(const std::string&, const optim::Progress&)> on_progress = {};
+};
+
+/// What came of a phase.
+struct PhaseLesson {
+  std::string phase;
+  std::filesystem::path skill, run;
+  std::vector<Reading> readings;
+  int trials = 0;
+  double cost = 0;
+  std::string ended;  ///< how the best trial ended
+  bool failed = false;
+  std::vector<practice::Quantity> terms;
+};
+
+struct Lesson {
+  std::vector<PhaseLesson> phases;  ///< up to the first that failed, that one included
+  std::filesystem::path whole;      ///< the run of all phases; empty: not all were learned
+  bool interrupted = false;
+  int trials = 0;
+};
+
+/// Practises a script into a folder: for each phase a skill file and a run, then one of them all.
+/// Equal scripts and seeds give equal bits for any number of threads, and after a resume.
+/// @throws InputError for what cannot be compiled, and as practice::learn
+Lesson practise(const Script& script, const std::filesystem::path& folder,
+                const LessonOptions& options);
+
+}  // namespace traceur::coach

@@ -1,0 +1,60 @@
+// Control rigs: the few numbers that an instruction lets practice move [Ha2015, Table 5].
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "traceur/coach/script.h"
+
+namespace traceur::coach {
+
+/// A skill's text while it is put together.
+struct SkillDraft {
+  std::vector<std::string> parameters;  ///< rows of [parameters]
+  std::vector<std::pair<std::string, std::string>> pose, stiffness, damping;  ///< joint, expression
+  std::vector<std::string> reach;   ///< keys of [phase.reach], then its goals
+  std::vector<std::string> forces;  ///< [[phase.force]] blocks
+  std::vector<std::string> measures, failures, objectives;
+  std::vector<std::string> constants;
+  std::vector<std::string> rigs;  ///< that have been added
+
+  bool has(std::string_view rig) const;
+};
+
+/// What a rig may know of the body and the phase it is added to.
+struct Body {
+  const Script* script = nullptr;
+  std::vector<std::string> soles;       ///< the bodies that stand on the ground flat, one a leg
+  std::vector<std::string> leg_joints;  ///< pairs that move them within the plane of motion
+  std::string root;
+  Vector3d origin;         ///< of the script's places: the feet at the start [m]
+  double sole_height = 0;  ///< of the soles' frames when they are flat on z = 0 [m]
+
+  explicit Body(const Script& s);
+  /// Of the key pose, soles flat: the root from the soles, x and z [m], and its pitch [rad].
+  Vector3d rootFromSoles(const KeyPose& pose) const;
+  /// "0.5 * (body.l_foot.x + body.r_foot.x)"
+  std::string mean(const std::vector<std::string>& bodies, char axis) const;
+};
+
+struct RigUse {
+  const Body* body = nullptr;
+  const Phase* phase = nullptr;
+  std::string target = {};               ///< group of bodies
+  std::vector<std::string> joints = {};  ///< pairs or joints
+  double value = 0;                 ///< of what is set exactly
+};
+
+struct Rig {
+  std::string_view name;        ///< "IKPose"
+  std::string_view parameters;  ///< what practice moves, in words
+  void (*add)(const RigUse&, SkillDraft&);
+};
+/// The dissertation's five.
+std::span<const Rig> allRigs();
+const Rig& rigNamed(std::string_view name);
+
+}  // namespace traceur::coach

@@ -1,0 +1,99 @@
+// A coach's script: the phases of a motion, a key pose for each, and what is asked of them.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "traceur/coach/instruction.h"
+#include "traceur/core/error.h"
+
+namespace traceur::coach {
+
+/// How a phase ends.
+struct Ending {
+  enum class Kind {
+    kComLeads,  ///< the COM is so far ahead of what bears it [m]
+    kLeave,     ///< a group of bodies touches nothing any more
+    kTouch,     ///< a group of bodies touches something
+    kAfter,     ///< a time [s]
+    kHeld,      ///< it is held to the end, a time [s]
+  };
+  Kind kind = Kind::kHeld;
+  std::string group;  ///< of bodies
+  double amount = 0;
+};
+
+/// What a phase is unless its lines say otherwise.
+struct PhaseKind {
+  std::string_view name;  ///< "leaning"
+  std::string_view help;
+  Ending ending;
+  double longest;          ///< it fails when it has not ended by then [s]
+  double blend;            ///< time in which it comes to its key pose [s]
+  double damping;          ///< factor on the legs' damping: at speed it brakes them
+  std::string_view bears;  ///< the group that is on something while it lasts; empty: it flies
+};
+/// The phases of the dissertation's five skills.
+const std::vector<PhaseKind>& phaseKinds();
+
+/// A joint's target.
+struct KeyAngle {
+  std::string joint;  ///< a pair or a joint of the robot's file
+  double angle = 0;   ///< [rad]
+};
+struct KeyPose {
+  std::string base;  ///< a pose of the robot's file, "zero", or "previous"
+  std::vector<KeyAngle> angles;
+  double blend = 0;  ///< [s]
+  bool given = false;
+};
+
+struct Phase {
+  std::string name;
+  const PhaseKind* kind = nullptr;
+  KeyPose pose;
+  Ending ending;
+  double longest = 0;  ///< [s]
+  std::string bears;   ///< as PhaseKind
+  std::vector<Instruction> instructions;
+  int line = 0;
+};
+
+/// Something around the robot, world axes.
+struct SceneBox {
+  std::string name;
+  Vector3d size = Vector3d::Zero(), at = Vector3d::Zero();  ///< [m], its centre
+};
+struct SceneWall {
+  std::string name;
+  Vector3d at = Vector3d::Zero();  ///< the foot of its face, which looks towards the robot
+};
+
+struct Script {
+  std::string name;
+  std::string text;
+  std::filesystem::path file;
+  std::string robot;
+  std::string start = "stand";  ///< a pose of the robot's file
+  Axes axes = Axes::kPublished;
+  Readings readings = Readings::kOurs;
+  bool ground = true;
+  double friction = 1;
+  std::vector<SceneBox> boxes;
+  std::vector<SceneWall> walls;
+  std::vector<Phase> phases;
+  std::shared_ptr<const sim::Model> model;  ///< of the robot alone
+  std::vector<Mistake> notes;               ///< what is odd, but no mistake
+
+  /// How many instructions a person gave: key poses do not count [Ha2015, Table 11].
+  int instructions = 0;
+
+  /// @throws InputError listing every mistake of the script with line and column
+  static Script fromText(const std::string& text, const std::filesystem::path& file);
+  static Script fromFile(const std::filesystem::path& file);
+};
+
+}  // namespace traceur::coach
