@@ -449,12 +449,16 @@ class Compiler {
     rows("[parameters]", parameters);
     out += fmt::format("\n[[phase]]\nname = \"{}\"\npose = {}\nblend = {}\n", name_, poseText(),
                        num(phase_.pose.blend > 0 ? phase_.pose.blend : phase_.kind->blend));
-    if (!draft_.stiffness.empty()) out += "stiffness = " + table(draft_.stiffness) + "\n";
-    if (phase_.kind->damping != 1) {
-      std::vector<std::pair<std::string, std::string>> d;
-      for (const std::string& j : body_.leg_joints) d.emplace_back(j, num(phase_.kind->damping));
-      out += "damping = " + table(d) + "\n";
-    }
+    const auto factors = [&](const char* key, double legs, const auto& asked) {
+      std::vector<std::pair<std::string, std::string>> f;
+      if (legs != 1) {
+        for (const std::string& j : body_.leg_joints) f.emplace_back(j, num(legs));
+      }
+      f.insert(f.end(), asked.begin(), asked.end());
+      if (!f.empty()) out += fmt::format("{} = {}\n", key, table(f));
+    };
+    factors("stiffness", phase_.kind->stiffness, draft_.stiffness);
+    factors("damping", phase_.kind->damping, draft_.damping);
     if (!until_.empty()) out += fmt::format("until = \"{}\"\n", until_);
     if (!draft_.reach.empty()) {
       out += "[phase.reach]\n";

@@ -31,7 +31,7 @@ void targetJoints(const RigUse& u, SkillDraft& d) {
 
 // Over the feet the root is placed: how high, how far ahead, how inclined. The ranges are about the
 // key pose's [ours: what the legs reach; more pitch, and the trunk falls over].
-constexpr double kUpDown = 0.25, kAlong = 0.3, kPitch = 0.5;  // m, m, rad
+constexpr double kUpDown = 0.25, kAlong = 0.3, kPitch = 0.3;  // m, m, rad
 
 void ikStanding(const RigUse& u, SkillDraft& d) {
   const Vector3d key = u.body->rootFromSoles(u.phase->pose);

@@ -30,11 +30,12 @@ struct Ending {
 struct PhaseKind {
   std::string_view name;  ///< "leaning"
   std::string_view help;
-  Ending ending;
-  double longest;          ///< it fails when it has not ended by then [s]
-  double blend;            ///< time in which it comes to its key pose [s]
-  double damping;          ///< factor on the legs' damping: at speed it brakes them
-  std::string_view bears;  ///< the group that is on something while it lasts; empty: it flies
+  Ending ending = {};
+  double longest = 1.5;         ///< it fails when it has not ended by then [s]
+  double blend = 0.15;          ///< time in which it comes to its key pose [s]
+  double stiffness = 1;         ///< of the legs: in a thrust the virtual force does the rest
+  double damping = 1;           ///< of the legs: at speed it brakes them
+  std::string_view bears = {};  ///< the group that is on something while it lasts; empty: it flies
 };
 /// The phases of the dissertation's five skills.
 const std::vector<PhaseKind>& phaseKinds();
