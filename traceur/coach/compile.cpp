@@ -211,13 +211,8 @@ class Compiler {
     for (int a = 0; a < 3; ++a) {
       if (std::abs(i.direction[a]) < 0.5) continue;
       const double delta = i.direction[a] * i.amount;
-      if (placed_com_) {
-        com_wanted_[a] = com_wanted_[a].value_or(0) + delta;
-        r.note = "moves the place that was asked for";
-      } else {
-        if (com_wanted_[a]) r.note = "replaces what was asked before";
-        com_wanted_[a] = before(com(a)) + delta;
-      }
+      if (com_wanted_[a]) r.note = "replaces what was asked before along this axis";
+      com_wanted_[a] = before(com(a)) + delta;
       com(a);
     }
     r.term = "|C·d - (C before·d + delta)|";
@@ -314,7 +309,6 @@ class Compiler {
         com_wanted_[a] = where.vector[a] + (a < 2 ? body_.origin[a] : 0);
         com(a);
       }
-      placed_com_ = true;
       r.term = "|C - place|";
       return;
     }
@@ -520,7 +514,6 @@ class Compiler {
   std::vector<std::pair<std::string, std::string>> terms_;
   std::vector<Reading> readings_;
   std::optional<double> com_wanted_[3];
-  bool placed_com_ = false;
   std::optional<Vector3d> velocity_;
   int relations_ = 0;
 };

@@ -61,7 +61,7 @@ void ikFlying(const RigUse& u, SkillDraft& d) {
   for (const std::string& sole : u.body->soles) {
     d.reach.push_back(
         fmt::format("[[phase.reach.goal]]\nof = \"{0}\"\nfrom = \"com\"\nx = \"feet_forward\"\nz = "
-                    "\"-leg\"\n[[phase.reach.goal]]\nof = \"{0}\"\npitch = 0",
+                    "\"-leg\"\n[[phase.reach.goal]]\nof = \"{0}\"\npitch = 0\nweight = 0.1",
                     sole));
   }
 }
