@@ -25,6 +25,11 @@ std::string identifier(std::string name) {
 
 constexpr char kAxes[] = {'x', 'y', 'z'};
 
+constexpr double kMargin = 0.03;  // m, of the COM inside the support polygon [ours]
+/// Spin that is wanted where a direction is asked for, so that the sign keeps when a joint is a
+/// little stiffer [ours].
+constexpr double kSpin = 0.3;  // rad/s
+
 /// Compiles one phase.
 class Compiler {
  public:
@@ -116,13 +121,30 @@ class Compiler {
     }
     if (!held()) fails("late", fmt::format("phase_time >= {}", num(phase_.longest)));
     if (phase_.name == "landing") {
-      measure("feet_at_first", "body.feet.x", "first");
-      measure("feet_aside_at_first", "body.feet.y", "first");
-      // From soon after the touch on: feet that creep by more are a hop.
-      fails("hops",
-            fmt::format("phase_time > 0.25 && abs(body.feet.x - {}) + abs(body.feet.y - {}) > 0.06",
-                        num(before("feet_at_first")), num(before("feet_aside_at_first"))));
+      // After the first contact a foot that is all in the air, or slides, is a hop.
+      std::vector<std::string> off;
+      for (const std::string& sole : body_.soles) {
+        std::vector<std::string> parts;
+        for (const std::string& b : footOf(sole)) parts.push_back("contact." + b);
+        off.push_back(join(parts, " + ") + " == 0");
+      }
+      fails("hops", fmt::format("phase_time > 0.25 && ({} || abs(body_velocity.feet.x) > 0.3)",
+                                join(off, " || ")));
     }
+  }
+  /// The bodies of the foot that this sole is of.
+  std::vector<std::string> footOf(const std::string& sole) const {
+    const sim::Robot& robot = *script_.model->robot();
+    const auto& feet = robot.bodies.at("feet");
+    for (const auto& [limb, chain] : robot.limbs) {
+      if (std::ranges::find(chain, sole) == chain.end()) continue;
+      std::vector<std::string> foot;
+      for (const std::string& b : chain) {
+        if (std::ranges::find(feet, b) != feet.end()) foot.push_back(b);
+      }
+      return foot;
+    }
+    return {sole};
   }
   void fails(const std::string& name, const std::string& when) {
     failures_.push_back(name);
@@ -281,8 +303,11 @@ class Compiler {
     rig("Stiffness", "Stiffness<legs>", {.joints = body_.leg_joints}, r);
     std::vector<std::string> squares;
     for (int a = 0; a < 3; ++a) squares.push_back(speed(a) + "^2");
-    term("BALANCE", fmt::format("sqrt({})", join(squares, " + ")));
-    r.term = "|v|";
+    // Balanced is who is still with the COM well inside the feet.
+    const std::string margin =
+        measure("margin", "support.margin", "min", ", when = \"phase_time > 0.5\", otherwise = -1");
+    term("BALANCE", fmt::format("sqrt({}) + max(0, {} - {})", join(squares, " + "), kMargin, margin));
+    r.term = "|v| + max(0, 0.03 m - support margin)";
     r.note =
         "acts on the COM against the soles, 3000 N/m and 600 N·s/m; the legs' stiffness is "
         "found with it";
@@ -343,8 +368,8 @@ class Compiler {
                                          kAxes[axis], num(sign * b.number)));
       if (stands() && b.number == 0) {
         // Nothing printed keeps it small, and 30 kg m²/s satisfy it: a somersault.
-        term("spin, no more than needed", fmt::format("0.1 * abs({})", spin(axis)));
-        r.note = "and no more of it than needed: 0.1 |spin|";
+        term("spin, no more than needed", fmt::format("0.1 * abs({} - {})", spin(axis), num(sign * kSpin)));
+        r.note = "and no more of it than needed: 0.1 |spin - 0.3 rad/s|";
       }
       r.constraint = fmt::format("{} at the end", i.means);
       return;
