@@ -107,10 +107,10 @@ int coachScript(const CoachArguments& a) {
                     : a.out;
   std::optional<SearchLine> line;
   std::string shown;
-  options.on_progress = [&](const std::string& phase, const optim::Progress& p) {
+  options.on_progress = [&](const std::string& phase, int budget, const optim::Progress& p) {
     if (phase != shown) {
       if (line) line->end();
-      line.emplace(phase, options.budget, false, a.quiet || a.json);
+      line.emplace(phase, budget, false, a.quiet || a.json);
       shown = phase;
     }
     line->show(p, {});
@@ -139,7 +139,8 @@ void addCoach(CLI::App& program, int& exit_code) {
   verb->add_option("--seed", a->options.seed, "Equal seeds give equal runs")
       ->check(isSeed())
       ->capture_default_str();
-  verb->add_option("--budget", a->options.budget, "Trials of each phase")
+  verb->add_option("--budget", a->options.budget,
+                   "Trials of a phase for each number that practice moves")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   verb->add_option("--threads", a->options.threads, "0: one for each processor; changes no result")

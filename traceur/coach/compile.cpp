@@ -306,7 +306,8 @@ class Compiler {
     // Balanced is who is still with the COM well inside the feet.
     const std::string margin =
         measure("margin", "support.margin", "min", ", when = \"phase_time > 0.5\", otherwise = -1");
-    term("BALANCE", fmt::format("sqrt({}) + max(0, {} - {})", join(squares, " + "), kMargin, margin));
+    term("BALANCE",
+         fmt::format("sqrt({}) + max(0, {} - {})", join(squares, " + "), kMargin, margin));
     r.term = "|v| + max(0, 0.03 m - support margin)";
     r.note =
         "acts on the COM against the soles, 3000 N/m and 600 N·s/m; the legs' stiffness is "
@@ -368,7 +369,8 @@ class Compiler {
                                          kAxes[axis], num(sign * b.number)));
       if (stands() && b.number == 0) {
         // Nothing printed keeps it small, and 30 kg m²/s satisfy it: a somersault.
-        term("spin, no more than needed", fmt::format("0.1 * abs({} - {})", spin(axis), num(sign * kSpin)));
+        term("spin, no more than needed",
+             fmt::format("0.1 * abs({} - {})", spin(axis), num(sign * kSpin)));
         r.note = "and no more of it than needed: 0.1 |spin - 0.3 rad/s|";
       }
       r.constraint = fmt::format("{} at the end", i.means);

@@ -87,7 +87,7 @@ class Scanner {
     if (text_[at_] == '-' || text_[at_] == '+') ++at_;
     while (at_ < text_.size() && (std::isdigit(static_cast<unsigned char>(text_[at_])) ||
                                   (text_[at_] == '.' && at_ + 1 < text_.size() &&
-             std::isdigit(static_cast<unsigned char>(text_[at_ + 1]))))) {
+                                   std::isdigit(static_cast<unsigned char>(text_[at_ + 1]))))) {
       ++at_;
     }
     std::string digits = text_.substr(from, at_ - from);

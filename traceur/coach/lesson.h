@@ -16,12 +16,14 @@ namespace traceur::coach {
 
 struct LessonOptions {
   std::uint64_t seed = 1;
-  int budget = 140;  ///< trials of each phase [ours: a jump takes 560 then]
+  /// Trials of a phase for each number that practice moves [ours: a jump has twelve, and takes
+  /// 576].
+  int budget = 48;
   bool resume = false;
   int threads = 0;  ///< 0: one for each processor; changes no result
   std::stop_token stop = {};
-  /// Of a phase: its name, and how far the search is.
-  std::function<void(const std::string&, const optim::Progress&)> on_progress = {};
+  /// Of a phase: its name, its trials in all, and how far the search is.
+  std::function<void(const std::string&, int, const optim::Progress&)> on_progress = {};
 };
 
 /// What came of a phase.

@@ -45,7 +45,7 @@ struct RigUse {
   const Phase* phase = nullptr;
   std::string target = {};               ///< group of bodies
   std::vector<std::string> joints = {};  ///< pairs or joints
-  double value = 0;                 ///< of what is set exactly
+  double value = 0;                      ///< of what is set exactly
 };
 
 struct Rig {
