@@ -25,7 +25,7 @@ std::string identifier(std::string name) {
 
 constexpr char kAxes[] = {'x', 'y', 'z'};
 
-constexpr double kMargin = 0.03;  // m, of the COM inside the support polygon [ours]
+constexpr double kMargin = 0.05;  // m, of the COM inside the support polygon [ours]
 /// Spin that is wanted where a direction is asked for, so that the sign keeps when a joint is a
 /// little stiffer [ours].
 constexpr double kSpin = 0.3;  // rad/s
@@ -149,6 +149,16 @@ class Compiler {
   void fails(const std::string& name, const std::string& when) {
     failures_.push_back(name);
     draft_.failures.push_back(fmt::format("[[failure]]\nname = \"{}\"\nwhen = \"{}\"", name, when));
+  }
+  /// A constraint at the phase's end: who violates it ranks after whom does not, the less the
+  /// sooner.
+  /// @param by  by how much it is violated; what is below 0 is not
+  void must(const std::string& name, const std::string& by) {
+    const std::string at_end = held() ? "phase_time >= " + num(horizon() - 0.01) : "ended." + name_;
+    draft_.failures.push_back(
+        fmt::format("[[failure]]\nname = \"{}\"\nwhen = \"{} && {} > 0\"", name, at_end, by));
+    const std::string m = measure("by_" + name, by);
+    term(name, fmt::format("{} * (1 + 3 * max(0, {}))", name, m));
   }
   void term(const std::string& name, const std::string& cost) { terms_.emplace_back(name, cost); }
 
@@ -305,10 +315,10 @@ class Compiler {
     for (int a = 0; a < 3; ++a) squares.push_back(speed(a) + "^2");
     // Balanced is who is still with the COM well inside the feet.
     const std::string margin =
-        measure("margin", "support.margin", "min", ", when = \"phase_time > 0.5\", otherwise = -1");
+        measure("margin", "support.margin", "min", ", when = \"phase_time > 1\", otherwise = -1");
     term("BALANCE",
-         fmt::format("sqrt({}) + max(0, {} - {})", join(squares, " + "), kMargin, margin));
-    r.term = "|v| + max(0, 0.03 m - support margin)";
+         fmt::format("sqrt({}) + 3 * max(0, {} - {})", join(squares, " + "), kMargin, margin));
+    r.term = "|v| + 3 max(0, 0.05 m - support margin)";
     r.note =
         "acts on the COM against the soles, 3000 N/m and 600 N·s/m; the legs' stiffness is "
         "found with it";
@@ -360,13 +370,13 @@ class Compiler {
   void relate(const Instruction& i, Reading& r) {
     const Thing& a = *i.subject;
     const Thing& b = *i.other;
-    const std::string at_end = held() ? "phase_time >= " + num(horizon() - 0.01) : "ended." + name_;
     const std::string id = fmt::format("not_{}", ++relations_);
     if (a.kind == Thing::Kind::kSpin) {
       const int axis = std::abs(a.vector.y()) > 0.5 ? 1 : std::abs(a.vector.z()) > 0.5 ? 2 : 0;
       const double sign = a.vector[axis] * (i.relation == Relation::kLess ? -1 : 1);
-      fails("spins_wrongly", fmt::format("{} && {} * angular_momentum.{} < {}", at_end, num(sign),
-                                         kAxes[axis], num(sign * b.number)));
+      // In rad/s: what is asked of the momentum's sign is asked of the velocity's.
+      must("spins_wrongly",
+           fmt::format("{} - ({}) * spin.{}", num(sign * b.number), num(sign), kAxes[axis]));
       if (stands() && b.number == 0) {
         // Nothing printed keeps it small, and 30 kg m²/s satisfy it: a somersault.
         term("spin, no more than needed",
@@ -380,8 +390,8 @@ class Compiler {
       const int axis = std::abs(a.vector.y()) > 0.5 ? 1 : std::abs(a.vector.z()) > 0.5 ? 2 : 0;
       static constexpr const char* kAngle[] = {"tilt", "somersault", "heading"};
       const bool less = i.relation == Relation::kLess;
-      fails(id, fmt::format("{} && {} * {}.{} {} {}", at_end, num(a.vector[axis]), kAngle[axis],
-                            a.name, less ? ">" : "<", num(b.number)));
+      must(id, fmt::format("{} * ({} * {}.{} - ({}))", less ? "1" : "-1", num(a.vector[axis]),
+                           kAngle[axis], a.name, num(b.number)));
       r.constraint = fmt::format("{} at the end", i.means);
       return;
     }
@@ -410,8 +420,7 @@ class Compiler {
       default:
         break;
     }
-    fails(id, fmt::format("{} && {} {} {}", at_end, signal(a, axis), less ? "<" : ">",
-                          signal(b, axis)));
+    must(id, fmt::format("{} * ({} - ({}))", less ? "-1" : "1", signal(a, axis), signal(b, axis)));
     r.constraint = fmt::format("{} at the end", i.means);
   }
 
