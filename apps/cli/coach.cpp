@@ -62,7 +62,9 @@ Json toJson(const coach::Lesson& lesson, const coach::Script& script) {
   Json j{{"script", script.name},
          {"instructions", script.instructions},
          {"trials", lesson.trials},
-         {"run", lesson.whole.string()}};
+         {"run", lesson.whole.string()},
+         {"ended", lesson.ended},
+         {"failed", lesson.whole.empty() || lesson.failed}};
   for (const coach::PhaseLesson& p : lesson.phases) {
     Json terms;
     for (const practice::Quantity& q : p.terms) terms[q.name] = numberOrNull(q.value);
@@ -88,6 +90,7 @@ void report(const coach::Lesson& lesson, const coach::Script& script) {
     }
   }
   if (lesson.whole.empty()) return;
+  if (lesson.failed) print("all in one: fails: {}\n", lesson.ended);
   print("  run file   {0}\n  film       traceur render {0}\n", lesson.whole.string());
 }
 
@@ -126,7 +129,7 @@ int coachScript(const CoachArguments& a) {
     note("stopped; the same command with --resume goes on\n");
     return kInterrupted;
   }
-  return lesson.whole.empty() ? kNotReached : kDone;
+  return lesson.whole.empty() || lesson.failed ? kNotReached : kDone;
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <set>
 
 #include "traceur/coach/rigs.h"
 #include "traceur/control/expression.h"
@@ -44,7 +46,8 @@ class Compiler {
     ending();
     for (const Instruction& i : phase_.instructions) instruct(i);
     finish();
-    return {text(previous), std::move(readings_)};
+    PhaseDraft draft{name_, draft_, phaseText(), failures_, terms_};
+    return {text(previous, draft), std::move(draft), std::move(readings_)};
   }
 
  private:
@@ -147,18 +150,15 @@ class Compiler {
     return {sole};
   }
   void fails(const std::string& name, const std::string& when) {
-    failures_.push_back(name);
-    draft_.failures.push_back(fmt::format("[[failure]]\nname = \"{}\"\nwhen = \"{}\"", name, when));
+    failures_.push_back({name, when});
   }
   /// A constraint at the phase's end: who violates it ranks after whom does not, the less the
   /// sooner.
   /// @param by  by how much it is violated; what is below 0 is not
   void must(const std::string& name, const std::string& by) {
     const std::string at_end = held() ? "phase_time >= " + num(horizon() - 0.01) : "ended." + name_;
-    draft_.failures.push_back(
-        fmt::format("[[failure]]\nname = \"{}\"\nwhen = \"{} && {} > 0\"", name, at_end, by));
-    const std::string m = measure("by_" + name, by);
-    term(name, fmt::format("{} * (1 + 3 * max(0, {}))", name, m));
+    failures_.push_back({name, fmt::format("{} && {} > 0", at_end, by), true});
+    term(name, fmt::format("{} * (1 + 3 * max(0, {}))", name, measure("by_" + name, by)));
   }
   void term(const std::string& name, const std::string& cost) { terms_.emplace_back(name, cost); }
 
@@ -444,7 +444,9 @@ class Compiler {
       term("speed", fmt::format("sqrt({})", join(squares, " + ")));
     }
     std::string failed;
-    for (const std::string& f : failures_) failed += (failed.empty() ? "" : " || ") + f;
+    for (const DraftFailure& f : failures_) {
+      if (!f.asked) failed += (failed.empty() ? "" : " || ") + f.name;
+    }
     // In metres and metres per second terms are below 3: whoever fails ranks last, the sooner the
     // worse. The printed K of 1000 1/s is as large as a squared momentum.
     if (!failed.empty()) {
@@ -454,31 +456,33 @@ class Compiler {
     }
   }
 
-  std::string text(const std::filesystem::path& previous) const {
+  std::string text(const std::filesystem::path& previous, const PhaseDraft& d) const {
     std::string out =
         fmt::format("# {}: {}. Made from {}.\nname = \"{}\"\nrobot = \"{}\"\nhorizon = {}\n",
                     script_.name, phase_.name, script_.file.filename().string(),
                     identifier(script_.name + "_" + phase_.name), script_.robot, num(horizon()));
     if (!held()) out += fmt::format("stop = \"ended.{}\"\n", name_);
-    out += "target_cost = 0.02\n";
-    out += sceneText(script_);
+    out += "target_cost = 0.02\n" + sceneText(script_);
     out += previous.empty()
                ? fmt::format("\n[start.pose]\nbase = \"{}\"\n", script_.start)
                : fmt::format("\n[start]\nafter = {{ file = \"{}\" }}\n", previous.string());
-    const auto rows = [&](const char* heading, const std::vector<std::string>& lines) {
-      if (lines.empty()) return;
-      out += fmt::format("\n{}\n", heading);
-      for (const std::string& l : lines) out += l + "\n";
-    };
-    rows("[constants]", draft_.constants);
-    std::vector<std::string> parameters = draft_.parameters;
-    if (parameters.empty()) {
-      parameters.emplace_back(
-          "still = { unit = \"1\", range = [0, 1], initial = 0, help = \"Nothing to practise.\" }");
+    out += rows("[constants]", d.draft.constants);
+    std::vector<DraftParameter> parameters = d.draft.parameters;
+    if (parameters.empty()) parameters.push_back({"still", "1", 0, 1, 0, "Nothing to practise."});
+    out += rows("[parameters]", parameterRows(parameters));
+    out += "\n" + d.phase + rows("[measures]", d.draft.measures);
+    for (const DraftFailure& f : d.failures) {
+      out += fmt::format("\n[[failure]]\nname = \"{}\"\nwhen = \"{}\"\n", f.name, f.when);
     }
-    rows("[parameters]", parameters);
-    out += fmt::format("\n[[phase]]\nname = \"{}\"\npose = {}\nblend = {}\n", name_, poseText(),
-                       num(phase_.pose.blend > 0 ? phase_.pose.blend : phase_.kind->blend));
+    for (const auto& [name, cost] : d.terms) {
+      out += fmt::format("\n[[objective]]\nname = \"{}\"\ncost = \"{}\"\n", name, cost);
+    }
+    return out;
+  }
+  std::string phaseText() const {
+    std::string out =
+        fmt::format("[[phase]]\nname = \"{}\"\npose = {}\nblend = {}\n", name_, poseText(),
+                    num(phase_.pose.blend > 0 ? phase_.pose.blend : phase_.kind->blend));
     const auto factors = [&](const char* key, double legs, const auto& asked) {
       std::vector<std::pair<std::string, std::string>> f;
       if (legs != 1) {
@@ -495,11 +499,6 @@ class Compiler {
       for (const std::string& l : draft_.reach) out += l + "\n";
     }
     for (const std::string& f : draft_.forces) out += "[[phase.force]]\n" + f + "\n";
-    rows("[measures]", draft_.measures);
-    for (const std::string& f : draft_.failures) out += "\n" + f + "\n";
-    for (const auto& [name, cost] : terms_) {
-      out += fmt::format("\n[[objective]]\nname = \"{}\"\ncost = \"{}\"\n", name, cost);
-    }
     return out;
   }
   static std::string table(const std::vector<std::pair<std::string, std::string>>& entries) {
@@ -522,6 +521,21 @@ class Compiler {
   }
 
  public:
+  static std::string rows(const char* heading, const std::vector<std::string>& lines) {
+    if (lines.empty()) return "";
+    std::string out = fmt::format("\n{}\n", heading);
+    for (const std::string& l : lines) out += l + "\n";
+    return out;
+  }
+  static std::vector<std::string> parameterRows(const std::vector<DraftParameter>& parameters) {
+    std::vector<std::string> out;
+    for (const DraftParameter& p : parameters) {
+      out.push_back(fmt::format(
+          "{} = {{ unit = \"{}\", range = [{:.6g}, {:.6g}], initial = {:.17g}, help = \"{}\" }}",
+          p.name, p.unit, p.min, p.max, p.initial, p.help));
+    }
+    return out;
+  }
   static std::string sceneText(const Script& s) {
     std::string out = fmt::format("\n[scene]\nground = {}\nfriction = {}\n",
                                   s.ground ? "true" : "false", num(s.friction));
@@ -546,7 +560,7 @@ class Compiler {
   Body body_;
   SkillDraft draft_;
   std::string until_;
-  std::vector<std::string> failures_;
+  std::vector<DraftFailure> failures_;
   std::vector<std::pair<std::string, std::string>> terms_;
   std::vector<Reading> readings_;
   std::optional<double> com_wanted_[3];
@@ -561,30 +575,97 @@ CompiledPhase compilePhase(const Script& script, size_t phase,
   return Compiler(script, phase, before).compile(previous);
 }
 
-std::string wholeText(const Script& script, const std::vector<LearnedPhase>& learned) {
-  std::string out = fmt::format(
-      "# {}: its phases one after another. Made from {}.\nname = \"{}\"\nrobot = \"{}\"\n",
-      script.name, script.file.filename().string(), script.name, script.robot);
-  out += Compiler::sceneText(script);
-  out += fmt::format("\n[start.pose]\nbase = \"{}\"\n\n[parameters]\n", script.start);
-  std::string parts;
-  std::string costs;
-  for (size_t i = 0; i < learned.size(); ++i) {
-    const std::string name = identifier(script.phases[i].name);
-    std::vector<std::string> given;
-    for (const auto& [parameter, value] : learned[i].parameters) {
-      const double reach = std::max(0.1, 0.5 * std::abs(value));
-      out +=
-          fmt::format("{}_{} = {{ unit = \"1\", range = [{:.17g}, {:.17g}], initial = {:.17g} }}\n",
-                      name, parameter, value - reach, value + reach, value);
-      given.push_back(fmt::format("{0} = \"{1}_{0}\"", parameter, name));
+namespace {
+
+/// A text in which the phase's own names have the phase's name before them.
+class Renamed {
+ public:
+  explicit Renamed(const PhaseDraft& p) : prefix_(p.name + "_") {
+    for (const DraftParameter& x : p.draft.parameters) names_.insert(x.name);
+    for (const auto* rows : {&p.draft.constants, &p.draft.measures}) {
+      for (const std::string& row : *rows) names_.insert(row.substr(0, row.find(' ')));
     }
-    parts += fmt::format(
-        "\n[[skill]]\nname = \"{}\"\nfile = \"{}\"\nparameters = {{ {} }}\notherwise = 5\n", name,
-        learned[i].skill.filename().string(), join(given));
-    costs += fmt::format("\n[[objective]]\nname = \"{0}\"\ncost = \"{0}.cost\"\n", name);
+    for (const DraftFailure& f : p.failures) names_.insert(f.name);
   }
-  return out + parts + costs;
+  std::string operator()(const std::string& text) const {
+    std::string out;
+    for (size_t i = 0; i < text.size();) {
+      const auto part = [&](size_t k) {
+        return std::isalnum(static_cast<unsigned char>(text[k])) || text[k] == '_' ||
+               text[k] == '.';
+      };
+      size_t end = i;
+      while (end < text.size() && part(end)) ++end;
+      const std::string word = text.substr(i, end - i);
+      if (names_.contains(word)) out += prefix_;
+      out += end > i ? word : text.substr(i, 1);
+      i = std::max(end, i + 1);
+    }
+    return out;
+  }
+
+ private:
+  std::string prefix_;
+  std::set<std::string> names_;
+};
+
+}  // namespace
+
+std::string wholeText(const Script& script, const std::vector<PhaseDraft>& phases,
+                      const std::vector<Eigen::VectorXd>& learned) {
+  std::vector<std::string> constants, parameters, measures;
+  std::string blocks, failures, terms;
+  double horizon = 0;
+  for (size_t k = 0; k < phases.size(); ++k) {
+    const PhaseDraft& p = phases[k];
+    const Phase& asked = script.phases[k];
+    const Renamed renamed(p);
+    horizon +=
+        asked.ending.kind == Ending::Kind::kHeld ? asked.ending.amount : asked.longest + 0.05;
+    std::vector<DraftParameter> own = p.draft.parameters;
+    for (size_t i = 0; i < own.size(); ++i) {
+      own[i].initial = learned[k][static_cast<Eigen::Index>(i)];
+      own[i].name = p.name + "_" + own[i].name;
+    }
+    for (std::string& row : Compiler::parameterRows(own)) parameters.push_back(std::move(row));
+    for (const std::string& row : p.draft.constants) constants.push_back(renamed(row));
+    for (const std::string& row : p.draft.measures) {
+      std::string r = renamed(row);
+      const bool has = r.find("otherwise") != std::string::npos;
+      r.insert(r.rfind(" }"),
+               fmt::format(", during = [\"{}\"]{}", p.name, has ? "" : ", otherwise = 5"));
+      measures.push_back(r);
+    }
+    blocks += "\n" + renamed(p.phase);
+    for (const DraftFailure& f : p.failures) {
+      if (f.asked) continue;
+      failures += fmt::format("\n[[failure]]\nname = \"{}\"\nwhen = \"{}\"\nduring = [\"{}\"]\n",
+                              renamed(f.name), renamed(f.when), p.name);
+    }
+    for (const auto& [name, cost] : p.terms) {
+      const bool of_asked = std::ranges::any_of(
+          p.failures, [&](const DraftFailure& f) { return f.asked && f.name == name; });
+      if (of_asked) continue;
+      terms += fmt::format("\n[[objective]]\nname = \"{}: {}\"\ncost = \"{}\"\n", p.name, name,
+                           renamed(cost));
+    }
+  }
+  if (parameters.empty()) {
+    parameters = Compiler::parameterRows({{"still", "1", 0, 1, 0, "Nothing to practise."}});
+  }
+  std::string out = fmt::format(
+      "# {}, all of it. Made from {}.\nname = \"{}\"\nrobot = \"{}\"\nhorizon = {}\n", script.name,
+      script.file.filename().string(), script.name, script.robot, num(horizon));
+  // As when the phases were practised one after another: the last is held so long.
+  const Phase& last = script.phases[phases.size() - 1];
+  out += last.ending.kind == Ending::Kind::kHeld
+             ? fmt::format("stop = \"in.{} && phase_time >= {}\"\n", phases.back().name,
+                           num(last.ending.amount))
+             : fmt::format("stop = \"ended.{}\"\n", phases.back().name);
+  out += Compiler::sceneText(script) + fmt::format("\n[start.pose]\nbase = \"{}\"\n", script.start);
+  return out + Compiler::rows("[constants]", constants) +
+         Compiler::rows("[parameters]", parameters) + blocks +
+         Compiler::rows("[measures]", measures) + failures + terms;
 }
 
 }  // namespace traceur::coach

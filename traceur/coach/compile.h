@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "traceur/coach/rigs.h"
 #include "traceur/coach/script.h"
 
 namespace traceur::coach {
@@ -24,8 +25,24 @@ struct Reading {
 /// Numbers of the motion as it was before the instructions, by the names of the phase's measures.
 using Before = std::map<std::string, double>;
 
+/// A failure of a phase's trial.
+struct DraftFailure {
+  std::string name, when;
+  bool asked = false;  ///< by a relation: it ends practice's trials, not the motion when it is done
+};
+
+/// What a skill file has of a phase.
+struct PhaseDraft {
+  std::string name;  ///< as expressions have it: "follow_through"
+  SkillDraft draft;
+  std::string phase;  ///< the [[phase]]
+  std::vector<DraftFailure> failures;
+  std::vector<std::pair<std::string, std::string>> terms;  ///< name, cost
+};
+
 struct CompiledPhase {
-  std::string text;  ///< a skill file
+  std::string text;  ///< a skill file of the phase alone
+  PhaseDraft draft;
   std::vector<Reading> readings;
 };
 
@@ -35,14 +52,11 @@ struct CompiledPhase {
 CompiledPhase compilePhase(const Script& script, size_t phase,
                            const std::filesystem::path& previous, const Before& before);
 
-/// What has been practised of a phase.
-struct LearnedPhase {
-  std::filesystem::path skill;  ///< its file
-  std::vector<std::pair<std::string, double>> parameters;
-};
-
-/// All phases one after another, with what was learned as initial parameters: "leaning_root_pitch".
-/// @param learned  of the first phases, at least one
-std::string wholeText(const Script& script, const std::vector<LearnedPhase>& learned);
+/// One skill of all phases: what is a phase's has its name before it, "leaning_root_pitch". What
+/// relations asked for is not asked of it any more.
+/// @param phases   compiled, of the first phases, at least one
+/// @param learned  of each, by its parameters
+std::string wholeText(const Script& script, const std::vector<PhaseDraft>& phases,
+                      const std::vector<Eigen::VectorXd>& learned);
 
 }  // namespace traceur::coach

@@ -38,21 +38,14 @@ Before measured(const std::string& text, const fs::path& file) {
   return before;
 }
 
-LearnedPhase learnedOf(const PhaseLesson& p) {
-  const auto learned = practice::learnedSkill(practice::Run::open(p.run));
-  LearnedPhase out{p.skill, {}};
-  for (size_t i = 0; i < learned.skill->parameters.size(); ++i) {
-    out.parameters.emplace_back(learned.skill->parameters[i].name,
-                                learned.parameters[static_cast<Eigen::Index>(i)]);
+void perform(const Script& script, const fs::path& folder, const std::vector<PhaseDraft>& drafts,
+             Lesson& lesson) {
+  std::vector<Eigen::VectorXd> learned;
+  for (const PhaseLesson& p : lesson.phases) {
+    learned.push_back(practice::learnedSkill(practice::Run::open(p.run)).parameters);
   }
-  return out;
-}
-
-void perform(const Script& script, const fs::path& folder, Lesson& lesson) {
-  std::vector<LearnedPhase> learned;
-  for (const PhaseLesson& p : lesson.phases) learned.push_back(learnedOf(p));
   const fs::path file = folder / (script.name + ".toml");
-  const std::string text = wholeText(script, learned);
+  const std::string text = wholeText(script, drafts, learned);
   write(file, text);
   const auto skill = skill::Skill::fromText(text, file);
   const practice::LearnedSkill what{skill, skill->task.initial, skill->initialParameters()};
@@ -61,6 +54,8 @@ void perform(const Script& script, const fs::path& folder, Lesson& lesson) {
   lesson.whole = folder / (script.name + ".run");
   fs::remove(lesson.whole);
   practice::keep(what, r, recording, lesson.whole);
+  lesson.ended = r.ended;
+  lesson.failed = r.failed();
 }
 
 }  // namespace
@@ -69,6 +64,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
   fs::create_directories(folder);
   Lesson lesson;
   fs::path previous;
+  std::vector<PhaseDraft> drafts;
   for (size_t k = 0; k < script.phases.size(); ++k) {
     PhaseLesson p;
     p.phase = script.phases[k].name;
@@ -78,6 +74,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     const Before before = measured(compilePhase(script, k, previous, {}).text, p.skill);
     const CompiledPhase compiled = compilePhase(script, k, previous, before);
     p.readings = compiled.readings;
+    drafts.push_back(compiled.draft);
     write(p.skill, compiled.text);
     const auto skill = skill::Skill::fromText(compiled.text, p.skill);
     const practice::SearchOptions search{
@@ -107,7 +104,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     if (lesson.interrupted || p.failed) return lesson;
     previous = p.run.filename();
   }
-  perform(script, folder, lesson);
+  perform(script, folder, drafts, lesson);
   return lesson;
 }
 

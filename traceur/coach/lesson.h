@@ -41,6 +41,8 @@ struct PhaseLesson {
 struct Lesson {
   std::vector<PhaseLesson> phases;  ///< up to the first that failed, that one included
   std::filesystem::path whole;      ///< the run of all phases; empty: not all were learned
+  std::string ended;                ///< how it ended when all was done at once
+  bool failed = false;
   bool interrupted = false;
   int trials = 0;
 };

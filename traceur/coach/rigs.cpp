@@ -20,9 +20,8 @@ std::string quoted(std::span<const std::string> words) {
 
 void parameter(SkillDraft& d, std::string_view name, std::string_view unit, double min, double max,
                double initial, std::string_view help) {
-  d.parameters.push_back(fmt::format(
-      "{} = {{ unit = \"{}\", range = [{:.6g}, {:.6g}], initial = {:.6g}, help = \"{}\" }}", name,
-      unit, min, max, std::clamp(initial, min, max), help));
+  d.parameters.push_back({std::string(name), std::string(unit), min, max,
+                          std::clamp(initial, min, max), std::string(help)});
 }
 
 void targetJoints(const RigUse& u, SkillDraft& d) {

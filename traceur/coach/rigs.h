@@ -11,13 +11,20 @@
 
 namespace traceur::coach {
 
-/// A skill's text while it is put together.
+/// A number that practice moves.
+struct DraftParameter {
+  std::string name, unit;
+  double min = 0, max = 0, initial = 0;
+  std::string help;
+};
+
+/// A phase's part of a skill file while it is put together.
 struct SkillDraft {
-  std::vector<std::string> parameters;  ///< rows of [parameters]
+  std::vector<DraftParameter> parameters;
   std::vector<std::pair<std::string, std::string>> pose, stiffness, damping;  ///< joint, expression
   std::vector<std::string> reach;   ///< keys of [phase.reach], then its goals
   std::vector<std::string> forces;  ///< [[phase.force]] blocks
-  std::vector<std::string> measures, failures, objectives;
+  std::vector<std::string> measures;
   std::vector<std::string> constants;
   std::vector<std::string> rigs;  ///< that have been added
 
