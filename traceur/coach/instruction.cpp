@@ -41,13 +41,6 @@ constexpr Unit kUnits[] = {{"m", 1},
                            {"s", 1},
                            {"n", 1},
                            {"x", 1}};
-bool isLength(std::string_view u) {
-  return u == "m" || u == "cm" || u == "mm" || u.starts_with("met");
-}
-bool isAngle(std::string_view u) {
-  return u.starts_with("deg") || u == "°" || u == "rad";
-}
-
 bool isLetter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '/' ||
          static_cast<unsigned char>(c) >= 0x80;
@@ -192,23 +185,6 @@ std::string joined(std::span<const Token> tokens) {
   return text;
 }
 
-/// What was found in an instruction.
-struct Slots {
-  std::optional<Act> act;
-  int act_column = 1;
-  std::vector<Thing> things;
-  std::optional<DirectionRow> direction;
-  std::optional<RelationRow> relation;
-  std::optional<char> axis;
-  std::optional<Token> number, percent, vector;
-  std::optional<double> degree;
-  std::string surface;
-  bool by = false;
-  bool spins = false;     // "spin", "turn", …
-  bool attitude = false;  // "orientation"
-  bool extent = false;    // "more", "further": of the usual amount
-};
-
 template <class Rows>
 auto find(const Rows& rows, const std::string& words)
     -> std::optional<std::decay_t<decltype(rows[0])>> {
@@ -221,6 +197,514 @@ auto find(const Rows& rows, const std::string& words)
 std::string number(double v) {
   return fmt::format("{:.4g}", v);
 }
+
+bool isLength(const Token& t) {
+  return t.kind == Token::Kind::kNumber &&
+         (t.word == "m" || t.word == "cm" || t.word == "mm" || t.word.starts_with("met"));
+}
+bool isAngle(const Token& t) {
+  return t.kind == Token::Kind::kNumber &&
+         (t.word.starts_with("deg") || t.word == "°" || t.word == "rad");
+}
+
+/// What was found in an instruction, whatever its order.
+struct Slots {
+  std::optional<Act> act;
+  int act_column = 1;
+  std::vector<Thing> things;
+  std::optional<DirectionRow> direction;
+  std::optional<Relation> relation;
+  std::optional<char> axis;
+  std::optional<Token> number, percent, vector;
+  double degree = 1;  // of "a bit", "much"
+  std::string surface;
+  bool by = false;
+  bool spins = false;     // "spin", "somersault"
+  bool attitude = false;  // "orientation"
+  bool more = false;      // "more", "further"
+};
+
+/// Sorts words into slots: the longest run of words that means something, then the next.
+class Sorter {
+ public:
+  Sorter(const Interpreter& with, const std::vector<std::string>& surfaces,
+         std::vector<std::string> known)
+      : with_(with), surfaces_(surfaces), known_(std::move(known)) {}
+
+  Slots sort(const std::vector<Token>& tokens) {
+    std::optional<Misunderstanding> unknown;
+    for (size_t i = 0; i < tokens.size();) {
+      token_ = &tokens[i];
+      if (quantity(*token_)) {
+        ++i;
+        continue;
+      }
+      size_t used = std::min<size_t>(4, tokens.size() - i);
+      while (used > 0 && !words(std::span(tokens).subspan(i, used))) --used;
+      if (used == 0 && !unknown) {
+        unknown = Misunderstanding{token_->column,
+                                   fmt::format("\"{}\" is no word known here.{}", token_->word,
+                                               didYouMean(token_->word, known_))};
+      }
+      i += std::max<size_t>(1, used);
+    }
+    if (unknown) throw *unknown;
+    return std::move(s_);
+  }
+
+ private:
+  template <class T>
+  void once(std::optional<T>& slot, const T& value, const char* what) {
+    if (slot) {
+      throw Misunderstanding{token_->column, fmt::format("two {}: say one thing at a time", what)};
+    }
+    slot = value;
+  }
+  bool quantity(const Token& t) {
+    if (t.kind == Token::Kind::kNumber) once(s_.number, t, "numbers");
+    if (t.kind == Token::Kind::kPercent) once(s_.percent, t, "percentages");
+    if (t.kind == Token::Kind::kVector) once(s_.vector, t, "vectors");
+    return t.kind != Token::Kind::kWord;
+  }
+  bool words(std::span<const Token> tokens) {
+    const auto is_word = [](const Token& t) { return t.kind == Token::Kind::kWord; };
+    if (!std::ranges::all_of(tokens, is_word)) return false;
+    const std::string w = joined(tokens);
+    return place(w) || relation(w) || degree(w) || adverb(w) || verb(w) || mark(w) ||
+           direction(w) || part(w) || std::ranges::find(fillers(), w) != fillers().end();
+  }
+  bool place(const std::string& w) {
+    const bool known =
+        w == "floor" || w == "ground" || std::ranges::find(surfaces_, w) != surfaces_.end();
+    if (known) s_.surface = w == "ground" ? "floor" : w;
+    return known;
+  }
+  bool relation(const std::string& w) {
+    const auto row = find(relations(), w);
+    if (row) once(s_.relation, row->relation, "relations");
+    return row.has_value();
+  }
+  bool degree(const std::string& w) {
+    const auto row = find(degrees(), w);
+    if (row) s_.degree *= row->factor;
+    return row.has_value();
+  }
+  /// "spin faster", "move more slowly": what a verb is told besides.
+  bool adverb(const std::string& w) {
+    if (!s_.act && !s_.spins) return false;
+    const bool faster = w == "faster" || w == "quicker" || w == "quickly";
+    const bool slower = w == "slower" || w == "slowly";
+    if (!faster && !slower) return false;
+    const bool turns = s_.spins || s_.act == Act::kRotate;
+    s_.act = turns ? (faster ? Act::kTurnFaster : Act::kTurnSlower)
+                   : (faster ? Act::kFaster : Act::kSlower);
+    return true;
+  }
+  bool verb(const std::string& w) {
+    const auto row = find(verbs(), w);
+    // "raise the hips higher": what is a verb and a direction is the latter behind a thing.
+    if (!row || s_.act || (find(directions(), w) && !s_.things.empty())) return false;
+    s_.act = row->act;
+    s_.act_column = token_->column;
+    return true;
+  }
+  bool mark(const std::string& w) {
+    static constexpr std::string_view kSpins[] = {"spin",     "turn", "turning",   "spinning",
+                                                  "rotation", "flip", "somersault"};
+    if (w == "by") return s_.by = true;
+    if (std::ranges::find(kSpins, w) != std::end(kSpins)) return s_.spins = true;
+    if (w == "orientation" || w == "attitude" || w == "pitch") return s_.attitude = true;
+    if (w == "more" || w == "further") return s_.more = true;
+    const bool axis = (w.size() == 1 || w.ends_with("-axis")) && w[0] >= 'x' && w[0] <= 'z';
+    if (axis) once(s_.axis, w[0], "axes");
+    return axis;
+  }
+  bool direction(const std::string& w) {
+    const auto row = find(directions(), w);
+    // "the back" is a part until there is something to do.
+    if (!row || (w == "back" && !s_.act && !s_.spins)) return false;
+    if (s_.direction && s_.direction->name != row->name) {
+      throw Misunderstanding{token_->column, "two directions: say one thing at a time"};
+    }
+    s_.direction = *row;
+    return true;
+  }
+  bool part(const std::string& w) {
+    const auto thing = with_.thing(w);
+    if (thing) s_.things.push_back(*thing);
+    return thing.has_value();
+  }
+
+  const Interpreter& with_;
+  const std::vector<std::string>& surfaces_;
+  std::vector<std::string> known_;
+  const Token* token_ = nullptr;
+  Slots s_;
+};
+
+/// Makes an instruction of what was found.
+class Maker {
+ public:
+  Maker(const Slots& s, const Interpreter& with, const sim::Model& model, Axes axes,
+        Readings readings)
+      : s_(s), with_(with), model_(model), axes_(axes), readings_(readings) {}
+
+  Instruction make() {
+    if (s_.relation) {
+      relation();
+    } else if (s_.spins && !s_.act) {
+      spinSign();
+    } else if (s_.act) {
+      act();
+    } else {
+      throw Misunderstanding{1, "what is to be done? Expected a verb, as MOVE or PLACE"};
+    }
+    return std::move(out_);
+  }
+
+ private:
+  Misunderstanding wrong(const std::string& reason) const { return {s_.act_column, reason}; }
+
+  void act() {
+    switch (*s_.act) {
+      case Act::kFlex:
+        return flex(false);
+      case Act::kExtend:
+        return flex(true);
+      case Act::kMove:
+        return move({});
+      case Act::kLower:
+        return move("down");
+      case Act::kRaise:
+        return move("up");
+      case Act::kRotate:
+        return rotate();
+      case Act::kSpeed:
+        return speed();
+      case Act::kJump:
+        return jump();
+      case Act::kFaster:
+        return momentum(true);
+      case Act::kSlower:
+        return momentum(false);
+      case Act::kTurnFaster:
+        return turn(true);
+      case Act::kTurnSlower:
+        return turn(false);
+      case Act::kBalance:
+        return balance();
+      case Act::kRelax:
+        return stiffness(false);
+      case Act::kStiffen:
+        return stiffness(true);
+      case Act::kPush:
+        return push(false);
+      case Act::kPull:
+        return push(true);
+      case Act::kPlace:
+        return placeNear();
+    }
+  }
+
+  // Pieces ---------------------------------------------------------------------------------------
+  const Thing& one(const std::string& expected) const {
+    if (s_.things.empty()) throw wrong("of what? Expected " + expected);
+    if (s_.things.size() > 1) throw wrong("two parts: say one thing at a time");
+    return s_.things[0];
+  }
+  /// A joint as a place: the body that it is in.
+  Thing bodyFor(const Thing& t) const {
+    if (t.kind != Thing::Kind::kJoints) return t;
+    static constexpr std::pair<std::string_view, std::string_view> kBodies[] = {
+        {"hip", "root"},    {"spine", "trunk"},    {"back", "trunk"}, {"ankle", "feet"},
+        {"wrist", "hands"}, {"elbow", "forearms"}, {"leg", "legs"},   {"arm", "arms"}};
+    for (const auto& [joint, body] : kBodies) {
+      if (!t.said.starts_with(joint)) continue;
+      if (auto b = with_.thing(body)) {
+        b->said = t.said;
+        return *b;
+      }
+    }
+    throw wrong(fmt::format("\"{}\" is a joint: expected a part of the body", t.said));
+  }
+  std::vector<std::string> jointsFor(const Thing& t) const {
+    auto joints = t.kind == Thing::Kind::kJoints ? t.joints : with_.jointsOf(t.said);
+    if (joints.empty()) throw wrong(fmt::format("\"{}\" has no joints", t.said));
+    return joints;
+  }
+  Thing placeOf(const Token& v) const {
+    Thing place;
+    place.kind = Thing::Kind::kPlace;
+    place.vector = toWorld(v.vector, axes_);
+    place.said = said(v);
+    return place;
+  }
+  static std::string said(const Token& v) {
+    return fmt::format("[{}, {}, {}]", number(v.vector[0]), number(v.vector[1]),
+                       number(v.vector[2]));
+  }
+  void direct(const DirectionRow& d) {
+    out_.direction = {d.x, d.y, d.z};
+    out_.direction_name = d.name;
+  }
+  double distance() const {
+    if (s_.percent) throw wrong("a percentage of what? Expected a distance, as BY 0.1 m");
+    if (s_.vector) throw wrong("a distance is one number, as BY 0.1 m");
+    if (!s_.number) return kUsualDistance * s_.degree;
+    needUnit("a distance", "m");
+    if (!isLength(*s_.number)) {
+      throw Misunderstanding{s_.number->column, "expected a distance, as BY 0.1 m"};
+    }
+    if (s_.number->number <= 0) {
+      throw Misunderstanding{s_.number->column, "a distance is above 0; the direction says where"};
+    }
+    return s_.number->number;
+  }
+  std::optional<double> angle() const {
+    if (!s_.number) return {};
+    needUnit("an angle", "deg");
+    if (!isAngle(*s_.number)) {
+      throw Misunderstanding{s_.number->column, "expected an angle, as BY 20 deg"};
+    }
+    return s_.number->number;
+  }
+  void needUnit(std::string_view what, std::string_view unit) const {
+    if (!s_.number->word.empty()) return;
+    const std::string n = number(s_.number->number);
+    throw Misunderstanding{s_.number->column,
+                           fmt::format("{} of what unit? Expected {}, as {} {}", n, what, n, unit)};
+  }
+  /// On what was before.
+  double factor(bool more) const {
+    if (s_.number) throw Misunderstanding{s_.number->column, "expected a percentage, as 20%"};
+    const double usual = kUsualShare * s_.degree;
+    if (!s_.percent) return more ? 1 + usual : 1 - std::min(0.9, usual);
+    const double p = s_.percent->number / 100;
+    if (p <= 0) throw Misunderstanding{s_.percent->column, "expected a percentage above 0"};
+    if (readings_ == Readings::kLiteral) return p;
+    if (more) return p >= 1 ? p : 1 + p;
+    if (p >= 1) {
+      throw Misunderstanding{s_.percent->column,
+                             fmt::format("{}% is not less: expected below 100%", number(p * 100))};
+    }
+    return s_.by || p < 0.5 ? 1 - p : p;
+  }
+  /// Of a factor: what is read as the same again.
+  std::string percent() const {
+    return out_.amount >= 1 ? number(out_.amount * 100) + "%"
+                            : "BY " + number((1 - out_.amount) * 100) + "%";
+  }
+  static std::string degrees(double angle) { return number(angle / kDegree) + " deg"; }
+
+  // Relations ------------------------------------------------------------------------------------
+  void relation() {
+    static constexpr Act kBeside[] = {Act::kPlace, Act::kBalance, Act::kMove, Act::kLower,
+                                      Act::kRaise};
+    if (s_.act && std::ranges::find(kBeside, *s_.act) == std::end(kBeside)) {
+      throw wrong("an instruction and a relation: say one thing at a time");
+    }
+    out_.form = Form::kRelation;
+    out_.relation = *s_.relation;
+    const bool of_number = out_.relation == Relation::kGreater || out_.relation == Relation::kLess;
+    of_number || s_.spins || s_.attitude ? bound() : beside();
+    out_.means =
+        fmt::format("{} {} {}", out_.subject->said, nameOf(out_.relation), out_.other->said);
+  }
+  /// "orientation about z GREATER THAN 0".
+  void bound() {
+    if (!s_.axis) throw wrong("about which axis? As \"spin about z GREATER THAN 0\"");
+    if (!s_.number) throw wrong("than what? Expected a number");
+    Thing t;
+    t.kind = s_.spins ? Thing::Kind::kSpin : Thing::Kind::kAttitude;
+    t.vector = axisNamed(*s_.axis, axes_);
+    t.said = fmt::format("{} about {}", s_.spins ? "spin" : "orientation", *s_.axis);
+    if (!s_.things.empty()) {
+      t.name = bodyFor(s_.things[0]).name;
+      t.said = s_.things[0].said + " " + t.said;
+    } else if (!s_.spins) {
+      t.name = model_.bodyName(model_.root());
+    }
+    Thing limit;
+    limit.kind = Thing::Kind::kNumber;
+    limit.number = s_.number->number;
+    limit.said = number(limit.number);
+    out_.subject = t;
+    out_.other = limit;
+  }
+  /// "head IN FRONT OF root".
+  void beside() {
+    const std::string example = fmt::format("As \"head {} root\"", nameOf(out_.relation));
+    if (s_.things.empty()) throw wrong("what is where? " + example);
+    if (s_.things.size() > 2) throw wrong("three things: a relation is between two");
+    out_.subject = bodyFor(s_.things[0]);
+    if (s_.things.size() == 2) {
+      out_.other = bodyFor(s_.things[1]);
+    } else if (s_.vector) {
+      out_.other = placeOf(*s_.vector);
+    } else {
+      throw wrong(fmt::format("{} what? {}", nameOf(out_.relation), example));
+    }
+  }
+  /// "spin about z FORWARD".
+  void spinSign() {
+    if (!s_.direction) throw wrong("which way? As \"spin about z FORWARD\"");
+    out_.form = Form::kRelation;
+    // A forward somersault turns about the world's +y, whatever sign the named axis has there.
+    const Vector3d turn(0, s_.direction->x, s_.direction->y);
+    const Vector3d axis = s_.axis ? axisNamed(*s_.axis, axes_) : turn;
+    if (turn.isZero() || turn.cwiseAbs().dot(axis.cwiseAbs()) < 0.5) {
+      throw wrong(fmt::format("what spins {} does not turn about that axis", s_.direction->name));
+    }
+    Thing t;
+    t.kind = Thing::Kind::kSpin;
+    t.vector = turn;
+    t.said = s_.axis ? fmt::format("spin about {}", *s_.axis) : "spin";
+    Thing zero;
+    zero.kind = Thing::Kind::kNumber;
+    out_.subject = t;
+    out_.other = zero;
+    out_.relation = Relation::kGreater;
+    direct(*s_.direction);
+    std::string way(s_.direction->name);
+    std::ranges::transform(way, way.begin(), [](unsigned char c) { return std::toupper(c); });
+    out_.means = fmt::format("{} {}", t.said, way);
+  }
+
+  // Forms ----------------------------------------------------------------------------------------
+  void flex(bool extend) {
+    out_.form = Form::kFlex;
+    out_.reversed = extend;
+    Thing t = one("a joint, as FLEX elbows BY 20 deg");
+    t.joints = jointsFor(t);
+    t.kind = Thing::Kind::kJoints;
+    if (t.joints.size() > 1) {
+      // "bend your legs": in the joint that bends most.
+      const auto main = std::ranges::find_if(t.joints, [](const std::string& j) {
+        return j.ends_with("knee") || j.ends_with("elbow");
+      });
+      if (main == t.joints.end()) throw wrong(fmt::format("\"{}\" has several joints", t.said));
+      t.joints = {*main};
+      t.said = *main;
+    }
+    const auto asked = angle();
+    out_.relative = !asked || s_.more;
+    out_.amount = asked.value_or(kUsualAngle * s_.degree) * (out_.relative && extend ? -1 : 1);
+    out_.means = fmt::format("{} {}{} BY {}", extend ? "EXTEND" : "FLEX", t.said,
+                             out_.relative ? " more" : "", degrees(std::abs(out_.amount)));
+    out_.subject = t;
+  }
+  void move(const std::string& towards) {
+    if (!towards.empty()) direct(*find(directions(), towards));
+    if (s_.direction) {
+      const std::string before = out_.direction_name;
+      direct(*s_.direction);
+      if (!before.empty() && before != out_.direction_name) throw wrong("two directions");
+    }
+    if (out_.direction.isZero()) throw wrong("which way? Expected a direction, as downward");
+    const std::string root = model_.bodyName(model_.root());
+    const Thing whole = s_.things.empty() ? *with_.thing("com") : bodyFor(one("a part"));
+    const bool limb = whole.kind == Thing::Kind::kBody && whole.name != root;
+    out_.form = limb ? Form::kTranslate : Form::kMove;
+    out_.subject = limb ? whole : *with_.thing("com");
+    out_.amount = distance();
+    out_.means = fmt::format("{}{} BY {} m", limb ? "TRANSLATE " + whole.said + " " : "MOVE ",
+                             out_.direction_name, number(out_.amount));
+  }
+  void rotate() {
+    out_.form = Form::kRotate;
+    out_.subject = bodyFor(one("a limb, as ROTATE torso z-axis BY 20 deg"));
+    if (s_.axis) {
+      out_.direction = axisNamed(*s_.axis, axes_);
+      out_.direction_name = fmt::format("{}-axis", *s_.axis);
+    } else if (s_.direction && s_.direction->z == 0) {
+      // "tilt forward": about the world's y; "to the left": about its x.
+      out_.direction = {-s_.direction->y, s_.direction->x, 0};
+      out_.direction_name = s_.direction->name;
+    } else {
+      throw wrong("about which axis? As ROTATE torso z-axis BY 20 deg");
+    }
+    out_.amount = angle().value_or(kUsualAngle * s_.degree);
+    out_.means = fmt::format("ROTATE {} {} BY {}", out_.subject->said, out_.direction_name,
+                             degrees(out_.amount));
+  }
+  void speed() {
+    out_.form = Form::kSpeed;
+    if (!s_.vector) throw wrong("how fast? Expected a velocity, as SPEED NEAR [1.2, 2.4, 0.0]");
+    out_.velocity = toWorld(s_.vector->vector, axes_);
+    out_.means = fmt::format("SPEED NEAR {} m/s", said(*s_.vector));
+  }
+  void jump() {
+    if (!s_.direction && !s_.more) throw wrong("jump how? As \"jump higher\"");
+    momentum(true);
+  }
+  void momentum(bool more) {
+    out_.form = Form::kMomentum;
+    out_.reversed = !more;
+    out_.amount = factor(more);
+    out_.means = fmt::format("{} {}", more ? "SPEEDUP" : "SLOWDOWN", percent());
+  }
+  void turn(bool more) {
+    out_.form = Form::kTurn;
+    out_.reversed = !more;
+    out_.amount = factor(more);
+    out_.means = fmt::format("{} {}", more ? "TURNFASTER" : "TURNSLOWER", percent());
+  }
+  void balance() {
+    if (s_.number || s_.percent || s_.vector) throw wrong("BALANCE takes no number");
+    out_.form = Form::kBalance;
+    out_.means = "BALANCE";
+  }
+  void stiffness(bool more) {
+    out_.form = Form::kStiffness;
+    Thing t = one("joints, as RELAX arms BY 30%");
+    t.joints = jointsFor(t);
+    t.kind = Thing::Kind::kJoints;
+    out_.subject = t;
+    out_.amount = factor(more);
+    out_.means = fmt::format("{} {} {}", more ? "STIFFEN" : "RELAX", t.said, percent());
+  }
+  void push(bool pull) {
+    out_.form = Form::kPush;
+    out_.reversed = pull;
+    out_.subject = bodyFor(one("a limb, as PUSH feet AGAINST wall"));
+    out_.surface = s_.surface;
+    out_.means = fmt::format("{} {}{}", pull ? "PULL" : "PUSH", out_.subject->said,
+                             s_.surface.empty() ? "" : " AGAINST " + s_.surface);
+  }
+  void placeNear() {
+    if (s_.things.size() > 2) throw wrong("three things: expected two");
+    if (!s_.vector && s_.things.size() < 2 && s_.direction) return landFurther();
+    if (s_.things.empty()) throw wrong("place what? As PLACE feet NEAR [0.8, 0, 0]");
+    out_.form = Form::kPlace;
+    out_.subject = bodyFor(s_.things[0]);
+    if (s_.vector) {
+      out_.other = placeOf(*s_.vector);
+    } else if (s_.things.size() == 2) {
+      out_.other = bodyFor(s_.things[1]);
+    } else {
+      throw wrong("near what? As PLACE feet NEAR [0.8, 0, 0]");
+    }
+    out_.means = fmt::format("PLACE {} NEAR {}", out_.subject->said, out_.other->said);
+  }
+  /// "land further ahead": the feet, from where they are.
+  void landFurther() {
+    const auto what = s_.things.empty() ? with_.thing("feet") : bodyFor(s_.things[0]);
+    if (!what) throw wrong("place what? As PLACE feet NEAR [0.8, 0, 0]");
+    out_.form = Form::kTranslate;
+    out_.subject = what;
+    direct(*s_.direction);
+    out_.amount = distance();
+    out_.means = fmt::format("TRANSLATE {} {} BY {} m", what->said, out_.direction_name,
+                             number(out_.amount));
+  }
+
+  const Slots& s_;
+  const Interpreter& with_;
+  const sim::Model& model_;
+  Axes axes_;
+  Readings readings_;
+  Instruction out_;
+};
 
 }  // namespace
 
@@ -348,441 +832,20 @@ std::optional<Thing> Interpreter::thing(std::string_view words) const {
 Instruction Interpreter::understand(const std::string& text) const {
   const std::vector<Token> tokens = tokensOf(text);
   if (tokens.empty()) throw Misunderstanding{1, "nothing is said here"};
-  Slots s;
-  std::vector<std::string> unknown;
-  std::optional<Misunderstanding> first_unknown;
-  for (size_t i = 0; i < tokens.size();) {
-    const Token& t = tokens[i];
-    const auto once = [&](auto& slot, const auto& value, const char* what) {
-      if (slot) {
-        throw Misunderstanding{t.column, fmt::format("two {}: say one thing at a time", what)};
-      }
-      slot = value;
-    };
-    if (t.kind == Token::Kind::kNumber) {
-      once(s.number, t, "numbers");
-      ++i;
-      continue;
-    }
-    if (t.kind == Token::Kind::kPercent) {
-      once(s.percent, t, "percentages");
-      ++i;
-      continue;
-    }
-    if (t.kind == Token::Kind::kVector) {
-      once(s.vector, t, "vectors");
-      ++i;
-      continue;
-    }
-    size_t used = 0;
-    for (size_t n = std::min<size_t>(4, tokens.size() - i); n > 0 && used == 0; --n) {
-      const auto slice = std::span(tokens).subspan(i, n);
-      if (!std::ranges::all_of(slice,
-                               [](const Token& x) { return x.kind == Token::Kind::kWord; })) {
-        continue;
-      }
-      const std::string words = joined(slice);
-      const auto verb = find(verbs(), words);
-      const auto direction = find(directions(), words);
-      const auto part = [&]() -> std::optional<Thing> {
-        // "c", "s" and "back" are parts only where nothing else is meant.
-        return thing(words);
-      };
-      if (words == "floor" || words == "ground" ||
-          std::ranges::find(surfaces_, words) != surfaces_.end()) {
-        s.surface = words == "ground" ? "floor" : words;
-        used = n;
-      } else if (const auto r = find(relations(), words)) {
-        once(s.relation, *r, "relations");
-        used = n;
-      } else if (const auto d = find(degrees(), words)) {
-        s.degree = s.degree.value_or(1) * d->factor;
-        used = n;
-      } else if (verb && !s.act && !(direction && !s.things.empty())) {
-        s.act = verb->act;
-        s.act_column = t.column;
-        used = n;
-      } else if (words == "by") {
-        s.by = true;
-        used = n;
-      } else if (n == 1 &&
-                 (words == "spin" || words == "turn" || words == "turning" || words == "spinning" ||
-                  words == "rotation" || words == "flip" || words == "somersault")) {
-        s.spins = true;
-        used = n;
-      } else if (n == 1 && (words == "orientation" || words == "attitude" || words == "pitch")) {
-        s.attitude = true;
-        used = n;
-      } else if (n == 1 && (words == "x" || words == "y" || words == "z" || words == "x-axis" ||
-                            words == "y-axis" || words == "z-axis")) {
-        once(s.axis, words[0], "axes");
-        used = n;
-      } else if (direction && (s.act || s.spins || s.relation == std::nullopt) &&
-                 !(words == "back" && !s.act && !s.spins)) {
-        if (s.direction && s.direction->name != direction->name) {
-          throw Misunderstanding{t.column, "two directions: say one thing at a time"};
-        }
-        s.direction = *direction;
-        used = n;
-      } else if (const auto p = part()) {
-        s.things.push_back(*p);
-        used = n;
-      } else if (n == 1 && (words == "faster" || words == "quicker" || words == "quickly") &&
-                 s.act) {
-        // "move faster", "spin quicker"
-        s.act = s.act == Act::kRotate ? Act::kTurnFaster : Act::kFaster;
-        used = n;
-      } else if (n == 1 && (words == "slower" || words == "slowly") && s.act) {
-        s.act = s.act == Act::kRotate ? Act::kTurnSlower : Act::kSlower;
-        used = n;
-      } else if (n == 1 && (words == "more" || words == "further")) {
-        s.extent = true;
-        used = n;
-      } else if (std::ranges::find(fillers(), words) != fillers().end()) {
-        used = n;
-      }
-    }
-    if (used == 0) {
-      if (!first_unknown) {
-        std::vector<std::string> known;
-        for (const auto& r : verbs()) known.emplace_back(r.words);
-        for (const auto& r : directions()) known.emplace_back(r.words);
-        for (const auto& r : parts()) known.emplace_back(r.words);
-        for (const auto& [name, b] : model_->robot()->bodies) known.push_back(name);
-        for (const auto& [name, b] : model_->robot()->mirrored) known.push_back(name);
-        first_unknown = Misunderstanding{t.column, fmt::format("\"{}\" is no word known here.{}",
-                                                               t.word, didYouMean(t.word, known))};
-      }
-      used = 1;
-    }
-    i += used;
-  }
-  if (first_unknown) throw *first_unknown;
+  const Slots slots = Sorter(*this, surfaces_, vocabulary()).sort(tokens);
+  Instruction i = Maker(slots, *this, *model_, axes_, readings_).make();
+  i.said = text;
+  return i;
+}
 
-  Instruction out;
-  out.said = text;
-  const double degree = s.degree.value_or(1);
-  const auto wrong = [&](std::string_view reason) -> Misunderstanding {
-    return {s.act_column, std::string(reason)};
-  };
-  const auto bodyFor = [&](Thing t) {
-    // Joints as places: hips are the root, knees the shanks, and so on: the body the joint moves.
-    if (t.kind != Thing::Kind::kJoints) return t;
-    if (t.said.starts_with("hip")) return *thing("root");
-    if (t.said == "spine" || t.said == "back") return thing("trunk").value_or(t);
-    if (t.said.starts_with("ankle")) return thing("feet").value_or(t);
-    if (t.said.starts_with("wrist")) return thing("hands").value_or(t);
-    if (t.said.starts_with("elbow")) return thing("forearms").value_or(t);
-    throw Misunderstanding{1,
-                           fmt::format("\"{}\" is a joint: expected a part of the body", t.said)};
-  };
-  const auto direct = [&](const DirectionRow& d) {
-    out.direction = {d.x, d.y, d.z};
-    out.direction_name = d.name;
-  };
-  const auto distance = [&]() -> double {
-    if (s.percent) throw wrong("a percentage of what? Expected a distance, as BY 0.1 m");
-    if (s.vector) throw wrong("a distance is one number: BY 0.1 m");
-    if (!s.number) return kUsualDistance * degree;
-    if (s.number->word.empty()) {
-      throw Misunderstanding{s.number->column,
-                             fmt::format("{} of what unit? Expected a distance, as {} m",
-                                         number(s.number->number), number(s.number->number))};
-    }
-    if (!isLength(s.number->word)) {
-      throw Misunderstanding{s.number->column, "expected a distance, as BY 0.1 m"};
-    }
-    return s.number->number;
-  };
-  const auto angle = [&]() -> std::optional<double> {
-    if (!s.number) return {};
-    if (!isAngle(s.number->word)) {
-      throw Misunderstanding{s.number->column,
-                             s.number->word.empty()
-                                 ? fmt::format("{} of what unit? Expected an angle, as {} deg",
-                                               number(s.number->number), number(s.number->number))
-                                 : std::string("expected an angle, as BY 20 deg")};
-    }
-    return s.number->number;
-  };
-  // A factor on what was before.
-  const auto factor = [&](bool more) {
-    if (s.number) throw Misunderstanding{s.number->column, "expected a percentage, as 20%"};
-    if (!s.percent)
-      return more ? 1 + kUsualShare * degree : 1 - std::min(0.9, kUsualShare * degree);
-    const double p = s.percent->number / 100;
-    if (p <= 0) throw Misunderstanding{s.percent->column, "expected a percentage above 0"};
-    if (readings_ == Readings::kLiteral) return p;
-    if (more) return p >= 1 ? p : 1 + p;
-    if (p >= 1) {
-      throw Misunderstanding{s.percent->column,
-                             fmt::format("{}% is not less: expected below 100%", p * 100)};
-    }
-    return s.by || p < 0.5 ? 1 - p : p;
-  };
-  const auto none = [&](bool numbers, const char* what) {
-    if (numbers && (s.number || s.percent || s.vector)) {
-      throw wrong(fmt::format("{} takes no number", what));
-    }
-  };
-  const auto percentText = [&] { return fmt::format("{:.4g}%", out.amount * 100); };
-
-  // Relations first: they have no verb of their own, "keep" and "be" aside.
-  if (s.relation) {
-    if (s.act && *s.act != Act::kPlace && *s.act != Act::kBalance && *s.act != Act::kMove &&
-        *s.act != Act::kLower && *s.act != Act::kRaise) {
-      throw wrong("an instruction and a relation: say one thing at a time");
-    }
-    out.form = Form::kRelation;
-    out.relation = s.relation->relation;
-    const bool of_number = out.relation == Relation::kGreater || out.relation == Relation::kLess;
-    if (of_number || s.spins || s.attitude) {
-      Thing t;
-      t.kind = s.spins ? Thing::Kind::kSpin : Thing::Kind::kAttitude;
-      if (!s.axis) throw wrong("about which axis? As \"spin about z GREATER THAN 0\"");
-      t.vector = axisNamed(*s.axis, axes_);
-      t.said = fmt::format("{} about {}", s.spins ? "spin" : "orientation", *s.axis);
-      if (!s.things.empty()) {
-        t.name = bodyFor(s.things[0]).name;
-        t.said = s.things[0].said + " " + t.said;
-      } else if (!s.spins) {
-        t.name = model_->bodyName(model_->root());
-      }
-      Thing limit;
-      limit.kind = Thing::Kind::kNumber;
-      if (!s.number) throw wrong("than what? Expected a number");
-      limit.number = s.number->number;
-      out.subject = t;
-      out.other = limit;
-      out.means = fmt::format("{} {} {}", t.said, nameOf(out.relation), number(limit.number));
-      return out;
-    }
-    if (s.things.empty()) throw wrong("what is where? As \"head IN FRONT OF root\"");
-    out.subject = bodyFor(s.things[0]);
-    if (s.things.size() > 1) {
-      out.other = bodyFor(s.things[1]);
-    } else if (s.vector) {
-      Thing place;
-      place.kind = Thing::Kind::kPlace;
-      place.vector = toWorld(s.vector->vector, axes_);
-      place.said = fmt::format("[{}, {}, {}]", number(s.vector->vector[0]),
-                               number(s.vector->vector[1]), number(s.vector->vector[2]));
-      out.other = place;
-    } else {
-      throw wrong(
-          fmt::format("{} what? As \"head {} root\"", nameOf(out.relation), nameOf(out.relation)));
-    }
-    if (s.things.size() > 2) throw wrong("three things: a relation is between two");
-    out.means = fmt::format("{} {} {}", out.subject->said, nameOf(out.relation), out.other->said);
-    return out;
-  }
-  if (s.spins && !s.act) {
-    if (!s.direction) throw wrong("which way? As \"spin about z FORWARD\"");
-    out.form = Form::kRelation;
-    Thing t;
-    t.kind = Thing::Kind::kSpin;
-    // A forward somersault turns about the world's +y, whatever the sign of the axis that is named.
-    const Vector3d d(s.direction->x, s.direction->y, s.direction->z);
-    const Vector3d axis = s.axis ? axisNamed(*s.axis, axes_) : Vector3d(Vector3d::UnitY());
-    const Vector3d turn = std::abs(d.x()) > 0 ? Vector3d(Vector3d::UnitY() * d.x())
-                                              : Vector3d(Vector3d::UnitZ() * d.y());
-    if (turn.cwiseAbs().dot(axis.cwiseAbs()) < 0.5) {
-      throw wrong(
-          fmt::format("a body that spins {} does not turn about that axis", s.direction->name));
-    }
-    t.vector = turn;
-    t.said = s.axis ? fmt::format("spin about {}", *s.axis) : "spin";
-    out.subject = t;
-    Thing zero;
-    zero.kind = Thing::Kind::kNumber;
-    out.other = zero;
-    out.relation = Relation::kGreater;
-    direct(*s.direction);
-    out.means = fmt::format("{} {}", t.said,
-                            s.direction->name == "forward"    ? "FORWARD"
-                            : s.direction->name == "backward" ? "BACKWARD"
-                                                              : std::string(s.direction->name));
-    return out;
-  }
-  if (!s.act) throw Misunderstanding{1, "what is to be done? Expected a verb, as MOVE or PLACE"};
-
-  Act act = *s.act;
-  if (s.spins && act == Act::kFaster) act = Act::kTurnFaster;
-  if (s.spins && act == Act::kSlower) act = Act::kTurnSlower;
-  const auto one = [&](const char* what) -> const Thing& {
-    if (s.things.empty()) throw wrong(fmt::format("of what? Expected {}", what));
-    if (s.things.size() > 1) throw wrong("two parts: say one thing at a time");
-    return s.things[0];
-  };
-  switch (act) {
-    case Act::kFlex:
-    case Act::kExtend: {
-      out.form = Form::kFlex;
-      out.reversed = act == Act::kExtend;
-      Thing t = one("a joint, as FLEX elbows BY 20 deg");
-      if (t.kind != Thing::Kind::kJoints) {
-        const auto joints = jointsOf(t.said);
-        if (joints.empty()) throw wrong(fmt::format("\"{}\" is no joint", t.said));
-        t.kind = Thing::Kind::kJoints;
-        t.joints = joints;
-      }
-      if (t.joints.size() > 1) {
-        // "bend your legs": the joint that bends most.
-        const auto main = std::ranges::find_if(t.joints, [](const std::string& j) {
-          return j.ends_with("knee") || j.ends_with("elbow");
-        });
-        if (main == t.joints.end()) throw wrong(fmt::format("\"{}\" has several joints", t.said));
-        t.joints = {*main};
-        t.said = *main;
-      }
-      out.subject = t;
-      const auto a = angle();
-      out.relative = !a;
-      out.amount = a.value_or((out.reversed ? -1 : 1) * kUsualAngle * degree);
-      out.means = out.relative
-                      ? fmt::format("{} {} BY {} deg {}", out.reversed ? "EXTEND" : "FLEX", t.said,
-                                    number(std::abs(out.amount) / kDegree), "from what it is")
-                      : fmt::format("{} {} BY {} deg", out.reversed ? "EXTEND" : "FLEX", t.said,
-                                    number(out.amount / kDegree));
-      return out;
-    }
-    case Act::kMove:
-    case Act::kLower:
-    case Act::kRaise: {
-      if (act == Act::kLower) direct(*find(directions(), "down"));
-      if (act == Act::kRaise) direct(*find(directions(), "up"));
-      if (s.direction) {
-        const Vector3d said(s.direction->x, s.direction->y, s.direction->z);
-        if (act != Act::kMove && said != out.direction) throw wrong("two directions");
-        direct(*s.direction);
-      }
-      if (out.direction.isZero()) throw wrong("which way? Expected a direction, as downward");
-      const bool limb = !s.things.empty() && bodyFor(s.things[0]).kind == Thing::Kind::kBody &&
-                        bodyFor(s.things[0]).name != model_->bodyName(model_->root());
-      out.form = limb ? Form::kTranslate : Form::kMove;
-      out.subject = limb ? bodyFor(one("a limb")) : *thing("com");
-      if (s.things.size() > 1) throw wrong("two parts: say one thing at a time");
-      out.amount = distance();
-      if (out.amount < 0) {
-        throw Misunderstanding{s.number->column, "a distance is above 0; the direction says where"};
-      }
-      out.means = limb ? fmt::format("TRANSLATE {} {} BY {} m", out.subject->said,
-                                     out.direction_name, number(out.amount))
-                       : fmt::format("MOVE {} BY {} m", out.direction_name, number(out.amount));
-      return out;
-    }
-    case Act::kRotate: {
-      out.form = Form::kRotate;
-      out.subject = bodyFor(one("a limb, as ROTATE torso z-axis BY 20 deg"));
-      if (s.axis) {
-        out.direction = axisNamed(*s.axis, axes_);
-        out.direction_name = fmt::format("{}-axis", *s.axis);
-      } else if (s.direction) {
-        out.direction = std::abs(s.direction->x) > 0   ? Vector3d(0, s.direction->x, 0)
-                        : std::abs(s.direction->y) > 0 ? Vector3d(-s.direction->y, 0, 0)
-                                                       : Vector3d(0, 0, 0);
-        out.direction_name = s.direction->name;
-        if (out.direction.isZero()) throw wrong("about which axis? As ROTATE torso z-axis");
-      } else {
-        throw wrong("about which axis? As ROTATE torso z-axis BY 20 deg");
-      }
-      out.amount = angle().value_or(kUsualAngle * degree);
-      out.means = fmt::format("ROTATE {} {} BY {} deg", out.subject->said, out.direction_name,
-                              number(out.amount / kDegree));
-      return out;
-    }
-    case Act::kSpeed: {
-      out.form = Form::kSpeed;
-      if (!s.vector) throw wrong("how fast? Expected a velocity, as SPEED NEAR [1.2, 2.4, 0.0]");
-      out.velocity = toWorld(s.vector->vector, axes_);
-      out.means = fmt::format("SPEED NEAR [{}, {}, {}] m/s", number(s.vector->vector[0]),
-                              number(s.vector->vector[1]), number(s.vector->vector[2]));
-      return out;
-    }
-    case Act::kJump:
-    case Act::kFaster:
-    case Act::kSlower: {
-      const bool more = act != Act::kSlower;
-      if (act == Act::kJump && !s.direction && !s.extent)
-        throw wrong("jump how? As \"jump higher\"");
-      out.form = Form::kMomentum;
-      out.amount = factor(more);
-      out.reversed = !more;
-      out.means = fmt::format("{} to {}", more ? "SPEEDUP" : "SLOWDOWN", percentText());
-      return out;
-    }
-    case Act::kTurnFaster:
-    case Act::kTurnSlower: {
-      const bool more = act == Act::kTurnFaster;
-      out.form = Form::kTurn;
-      out.amount = factor(more);
-      out.reversed = !more;
-      out.means = fmt::format("{} to {}", more ? "TURNFASTER" : "TURNSLOWER", percentText());
-      return out;
-    }
-    case Act::kBalance:
-      none(true, "BALANCE");
-      out.form = Form::kBalance;
-      out.means = "BALANCE";
-      return out;
-    case Act::kRelax:
-    case Act::kStiffen: {
-      out.form = Form::kStiffness;
-      Thing t = one("joints, as RELAX arms BY 30%");
-      const auto joints = jointsOf(t.said);
-      if (joints.empty()) throw wrong(fmt::format("\"{}\" has no joints", t.said));
-      t.kind = Thing::Kind::kJoints;
-      t.joints = joints;
-      out.subject = t;
-      out.amount = factor(act == Act::kStiffen);
-      out.means = fmt::format("{} {} to {}", act == Act::kRelax ? "RELAX" : "STIFFEN", t.said,
-                              percentText());
-      return out;
-    }
-    case Act::kPush:
-    case Act::kPull: {
-      out.form = Form::kPush;
-      out.reversed = act == Act::kPull;
-      out.subject = bodyFor(one("a limb, as PUSH feet AGAINST wall"));
-      out.surface = s.surface;
-      out.means = fmt::format("{} {} AGAINST {}", out.reversed ? "PULL" : "PUSH", out.subject->said,
-                              s.surface.empty() ? "what it touches" : s.surface);
-      return out;
-    }
-    case Act::kPlace: {
-      if (!s.vector && s.things.size() < 2 && s.direction) {
-        // "land further ahead": the feet, from where they are
-        out.form = Form::kTranslate;
-        out.subject = s.things.empty() ? thing("feet") : bodyFor(s.things[0]);
-        if (!out.subject) throw wrong("place what? As PLACE feet NEAR [0.8, 0, 0]");
-        direct(*s.direction);
-        out.amount = distance();
-        out.means = fmt::format("TRANSLATE {} {} BY {} m", out.subject->said, out.direction_name,
-                                number(out.amount));
-        return out;
-      }
-      out.form = Form::kPlace;
-      if (s.things.empty()) throw wrong("place what? As PLACE feet NEAR [0.8, 0, 0]");
-      out.subject = bodyFor(s.things[0]);
-      if (s.vector) {
-        Thing place;
-        place.kind = Thing::Kind::kPlace;
-        place.vector = toWorld(s.vector->vector, axes_);
-        place.said = fmt::format("[{}, {}, {}]", number(s.vector->vector[0]),
-                                 number(s.vector->vector[1]), number(s.vector->vector[2]));
-        out.other = place;
-      } else if (s.things.size() > 1) {
-        out.other = bodyFor(s.things[1]);
-      } else {
-        throw wrong("near what? As PLACE feet NEAR [0.8, 0, 0]");
-      }
-      if (s.things.size() > 2) throw wrong("three things: expected two");
-      none(false, "PLACE");
-      out.means = fmt::format("PLACE {} NEAR {}", out.subject->said, out.other->said);
-      return out;
-    }
-  }
-  throw wrong("not understood");
+std::vector<std::string> Interpreter::vocabulary() const {
+  std::vector<std::string> known = surfaces_;
+  for (const VerbRow& r : verbs()) known.emplace_back(r.words);
+  for (const DirectionRow& r : directions()) known.emplace_back(r.words);
+  for (const PartRow& r : parts()) known.emplace_back(r.words);
+  for (const auto& [name, bodies] : model_->robot()->bodies) known.push_back(name);
+  for (const auto& [name, pair] : model_->robot()->mirrored) known.push_back(name);
+  return known;
 }
 
 }  // namespace traceur::coach

@@ -117,6 +117,8 @@ class Interpreter {
   std::vector<std::string> jointsOf(std::string_view words) const;
 
  private:
+  std::vector<std::string> vocabulary() const;
+
   const sim::Model* model_;
   Axes axes_;
   Readings readings_;

@@ -65,6 +65,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
   Lesson lesson;
   fs::path previous;
   std::vector<PhaseDraft> drafts;
+  bool moved_on = false;  // a phase has been practised further: those after it begin elsewhere
   for (size_t k = 0; k < script.phases.size(); ++k) {
     PhaseLesson p;
     p.phase = script.phases[k].name;
@@ -77,6 +78,11 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     drafts.push_back(compiled.draft);
     write(p.skill, compiled.text);
     const auto skill = skill::Skill::fromText(compiled.text, p.skill);
+    const int before_trials =
+        options.resume && !moved_on && fs::exists(p.run)
+            ? practice::Run::open(p.run).progress().evaluations
+            : 0;
+    if (options.resume && moved_on) fs::remove(p.run);
     const practice::SearchOptions search{
         .seed = options.seed + k,
         .budget = options.budget * static_cast<int>(skill->parameters.size()),
@@ -93,6 +99,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
                          }});
     p.trials = learned.summary.progress.evaluations;
     lesson.trials += p.trials;
+    moved_on = moved_on || p.trials > before_trials;
     lesson.interrupted = learned.summary.end == optim::End::kInterrupted;
     p.failed = !learned.best || learned.best->failed();
     if (learned.best) {

@@ -1,0 +1,378 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "traceur/coach/lesson.h"
+#include "traceur/coach/words.h"
+#include "traceur/core/test_folder.h"
+#include "traceur/practice/learned.h"
+#include "traceur/skill/rollout.h"
+
+namespace traceur::coach {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// [Ha2015, Table 10], line by line as printed.
+const char* const kPublished = R"(
+Leaning:
+MOVE downward BY 0.1m
+MOVE downward BY 0.2m
+head IN FRONT OF root
+FLEX elbows BY 20deg
+Thrusting:
+SPEED near [1.2,2.4,0.0]
+SLOWDOWN 20%
+spin about z FORWARD
+Airborne:
+PLACE feet NEAR [0.8,0,0]
+PLACE COM NEAR [0.7,0.4,0]
+MOVE upward BY 0.1m
+FLEX elbows BY 80deg
+Landing:
+PLACE COM NEAR [0.7,0.5,0]
+BALANCE
+All:
+RELAX arms BY 30%
+)";
+
+Script scriptOf(const std::string& text) {
+  return Script::fromText(text, "models/try.coach");
+}
+Script athlete(const std::string& text) {
+  return scriptOf("Robot: athlete\n" + text);
+}
+
+const sim::Model& model() {
+  static const std::shared_ptr<const sim::Model> kModel = athlete("Leaning: BALANCE").model;
+  return *kModel;
+}
+Instruction understood(const std::string& text, Readings readings = Readings::kOurs) {
+  try {
+    return Interpreter(model(), Axes::kPublished, readings, {"wall", "box"}).understand(text);
+  } catch (const Misunderstanding& m) {
+    ADD_FAILURE() << text << ": " << m.reason;
+    return {};
+  }
+}
+std::string misunderstood(const std::string& text, int* column = nullptr) {
+  try {
+    Interpreter(model(), Axes::kPublished, Readings::kOurs, {"wall"}).understand(text);
+  } catch (const Misunderstanding& m) {
+    if (column) *column = m.column;
+    return m.reason;
+  }
+  return "understood";
+}
+std::vector<Mistake> mistakesOf(const std::string& text) {
+  try {
+    scriptOf(text);
+  } catch (const InputError& e) {
+    return {e.mistakes().begin(), e.mistakes().end()};
+  }
+  return {};
+}
+#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+
+TEST(Script, ReadsThePublishedOneWordForWord) {
+  const Script s = athlete(kPublished);
+  EXPECT_EQ(s.instructions, 14);
+  ASSERT_EQ(s.phases.size(), 4U);
+  EXPECT_EQ(s.phases[0].instructions.size(), 5U) << "four, and the one of all phases";
+  EXPECT_EQ(s.phases[1].instructions[0].form, Form::kSpeed);
+  EXPECT_EQ(s.phases[1].instructions[1].form, Form::kMomentum);
+  EXPECT_EQ(s.phases[2].instructions[0].form, Form::kPlace);
+  EXPECT_EQ(s.phases[3].instructions[1].form, Form::kBalance);
+  for (const Phase& p : s.phases) EXPECT_EQ(p.instructions.back().form, Form::kStiffness);
+}
+
+TEST(Script, SaysEveryMistakeAtOnceWithItsPlace) {
+  const auto m = mistakesOf(
+      "Robot: athlete\nLeaning:\n  MOVE downwrad BY 0.1m\n  FLEX elbows BY 20\n"
+      "Trusting:\n  BALANCE\nLanding: BALANCE; PLACE feet\n");
+  ASSERT_EQ(m.size(), 4U);
+  EXPECT_EQ(m[0].line, 3);
+  EXPECT_EQ(m[0].column, 8);
+  EXPECT_SAYS(m[0].text, "Did you mean \"downward\"?");
+  EXPECT_EQ(m[1].line, 4);
+  EXPECT_SAYS(m[1].text, "20 of what unit? Expected an angle");
+  EXPECT_EQ(m[2].line, 5);
+  EXPECT_SAYS(m[2].text, "Did you mean \"thrusting\"?");
+  EXPECT_EQ(m[3].line, 7);
+  EXPECT_EQ(m[3].column, 19);
+  EXPECT_SAYS(m[3].text, "near what?");
+}
+
+TEST(Script, SaysWhatIsMissing) {
+  EXPECT_SAYS(mistakesOf("Leaning: BALANCE")[0].text, "no robot");
+  EXPECT_SAYS(mistakesOf("Robot: athlete\n")[0].text, "no phase");
+  EXPECT_SAYS(mistakesOf("BALANCE\nRobot: athlete")[0].text, "before any heading");
+  EXPECT_SAYS(mistakesOf("Robot: athlete\nStart: sit\nLeaning: BALANCE")[0].text,
+              "no pose \"sit\"");
+  EXPECT_SAYS(mistakesOf("Robot: athlete\nLeaning: POSE squat")[0].text, "no pose \"squat\"");
+  EXPECT_SAYS(mistakesOf("Robot: athlete\nScene: box rail size [1,1,1]\nLeaning: BALANCE")[0].text,
+              "expected \"floor none\"");
+  EXPECT_THROW(scriptOf("Robot: nobody\nLeaning: BALANCE"), InputError);
+  EXPECT_THROW(scriptOf(std::string(100000, '#')), InputError);
+}
+
+TEST(Script, NotesWhatIsSaidTwice) {
+  const Script s = athlete("Leaning: BALANCE; BALANCE");
+  ASSERT_EQ(s.notes.size(), 1U);
+  EXPECT_EQ(s.notes[0].line, 2);
+  EXPECT_EQ(s.instructions, 1);
+}
+
+TEST(Instruction, TurnsTheScriptsAxesIntoTheWorlds) {
+  // x forward, y up, z to the right: the world's y is to the left.
+  EXPECT_EQ(understood("PLACE feet NEAR [1, 2, 3]").other->vector, Vector3d(1, -3, 2));
+  EXPECT_EQ(understood("SPEED NEAR [1.2, 2.4, 0]").velocity, Vector3d(1.2, 0, 2.4));
+  EXPECT_EQ(toWorld({1, 2, 3}, Axes::kWorld), Vector3d(1, 2, 3));
+  // A forward somersault is about the world's +y, the published -z.
+  EXPECT_EQ(understood("spin about z FORWARD").subject->vector, Vector3d(0, 1, 0));
+  EXPECT_EQ(understood("spin about z BACKWARD").subject->vector, Vector3d(0, -1, 0));
+  EXPECT_SAYS(misunderstood("spin about x FORWARD"), "does not turn about that axis");
+}
+
+TEST(Instruction, ReadsPercentagesAsAPersonMeansThem) {
+  EXPECT_DOUBLE_EQ(understood("SPEEDUP 150%").amount, 1.5);
+  EXPECT_DOUBLE_EQ(understood("SPEEDUP 20%").amount, 1.2);
+  EXPECT_DOUBLE_EQ(understood("SLOWDOWN 20%").amount, 0.8);
+  EXPECT_DOUBLE_EQ(understood("TURNSLOWER 70%").amount, 0.7);
+  EXPECT_DOUBLE_EQ(understood("RELAX shoulders BY 40%").amount, 0.6);
+  EXPECT_DOUBLE_EQ(understood("STIFFEN legs BY 50%").amount, 1.5);
+  EXPECT_DOUBLE_EQ(understood("SLOWDOWN 20%", Readings::kLiteral).amount, 0.2);
+  EXPECT_SAYS(misunderstood("SLOWDOWN 120%"), "is not less");
+  EXPECT_SAYS(misunderstood("SPEEDUP 2 m"), "expected a percentage");
+}
+
+TEST(Instruction, UnderstandsPlainEnglish) {
+  const auto means = [](const std::string& text) { return understood(text).means; };
+  EXPECT_EQ(means("lower your body a bit more"), "MOVE downward BY 0.05 m");
+  EXPECT_EQ(means("land further ahead"), "TRANSLATE feet forward BY 0.1 m");
+  EXPECT_EQ(means("go faster"), "SPEEDUP 120%");
+  EXPECT_EQ(means("keep your head in front of your hips"), "head IN FRONT OF hips");
+  EXPECT_EQ(means("Bend the knees 30 degrees more"), "FLEX knees more BY 30 deg");
+  EXPECT_EQ(means("press the feet against the wall"), "PUSH feet AGAINST wall");
+  EXPECT_EQ(means("spin slower"), "TURNSLOWER BY 20%");
+}
+
+TEST(Instruction, GuessesNothingPastAWordItDoesNotKnow) {
+  int column = 0;
+  EXPECT_SAYS(misunderstood("MOVE downward unless tired", &column), "\"unless\" is no word known");
+  EXPECT_EQ(column, 15);
+  EXPECT_SAYS(misunderstood("MOVE downward upward BY 1 m"), "two directions");
+  EXPECT_SAYS(misunderstood("MOVE BY 0.1 m"), "which way?");
+  EXPECT_SAYS(misunderstood("FLEX BY 20 deg"), "of what? Expected a joint");
+  EXPECT_SAYS(misunderstood("head IN FRONT OF"), "IN FRONT OF what?");
+  EXPECT_SAYS(misunderstood("MOVE downward BY 20 deg"), "expected a distance");
+  EXPECT_SAYS(misunderstood("PLACE feet NEAR [1, 2]"), "a vector has three numbers");
+  EXPECT_SAYS(misunderstood("0.1m"), "what is to be done?");
+  EXPECT_SAYS(misunderstood("MOVE downward BY 1e999 m"), "e999");
+  EXPECT_SAYS(misunderstood("MOVE downward BY 0.1 furlongs"), "\"furlongs\" is no");
+}
+
+/// What an instruction was understood as is understood as the same.
+TEST(Instruction, MeansWhatItSaysItMeans) {
+  for (const char* text : {"FLEX elbows BY 20deg",
+                           "EXTEND knees BY 10 deg",
+                           "bend the elbows more",
+                           "straighten the knees a bit more",
+                           "MOVE downward BY 0.2m",
+                           "TRANSLATE hands forward BY 0.5m",
+                           "ROTATE torso z-axis BY 30deg",
+                           "tilt the torso forward",
+                           "SPEED NEAR [1.2,2.4,0.0]",
+                           "SPEEDUP 150%",
+                           "SLOWDOWN 20%",
+                           "TURNFASTER 200%",
+                           "TURNSLOWER 70%",
+                           "BALANCE",
+                           "RELAX arms BY 70%",
+                           "STIFFEN legs BY 20%",
+                           "PUSH feet AGAINST wall",
+                           "PULL hands",
+                           "PLACE hands NEAR head",
+                           "PLACE COM NEAR [0.7,0.4,0]",
+                           "head IN FRONT OF root",
+                           "left hand ABOVE head",
+                           "feet BELOW [0, 0.1, 0]",
+                           "spin about z FORWARD",
+                           "spin LEFT",
+                           "torso orientation about z GREATER THAN 0",
+                           "spin about y LESS THAN 1"}) {
+    const Instruction once = understood(text);
+    const Instruction again = understood(once.means);
+    EXPECT_EQ(again.means, once.means) << text;
+    EXPECT_EQ(again.form, once.form) << text;
+    EXPECT_DOUBLE_EQ(again.amount, once.amount) << text;
+    EXPECT_EQ(again.relative, once.relative) << text;
+  }
+}
+
+TEST(Words, AreEachThereOnce) {
+  std::set<std::string_view> seen;
+  for (const VerbRow& r : verbs()) EXPECT_TRUE(seen.insert(r.words).second) << r.words;
+  seen.clear();
+  for (const DirectionRow& r : directions()) EXPECT_TRUE(seen.insert(r.words).second) << r.words;
+  seen.clear();
+  for (const RelationRow& r : relations()) {
+    EXPECT_TRUE(seen.insert(r.words).second) << r.words;
+    EXPECT_FALSE(nameOf(r.relation).empty());
+  }
+}
+
+// Rigs ------------------------------------------------------------------------------------------
+
+class EveryRig : public testing::TestWithParam<Rig> {};
+INSTANTIATE_TEST_SUITE_P(Coach, EveryRig, testing::ValuesIn(allRigs().begin(), allRigs().end()),
+                         [](const auto& rig) { return std::string(rig.param.name); });
+
+/// What a rig adds is text that a skill file can have, and each of its parameters moves the body.
+TEST_P(EveryRig, AddsSkillTextWhoseNumbersMoveTheBody) {
+  for (const char* phase : {"Leaning", "Airborne"}) {
+    const bool flies = phase == std::string("Airborne");
+    if (flies && GetParam().name != "IKPose") continue;
+    // An instruction that adds the rig.
+    const std::map<std::string_view, std::string> instruction{
+        {"TargetJoints", "FLEX elbows BY 60 deg"},
+        {"IKPose", "MOVE downward BY 0.1 m"},
+        {"Stiffness", "RELAX arms BY 60%"},
+        {"VirtualForce", "SPEED NEAR [1, 1, 0]"},
+        {"FeedbackVirtualForce", "BALANCE"}};
+    const auto line = instruction.find(GetParam().name);
+    ASSERT_NE(line, instruction.end()) << "say here which instruction adds it";
+    const Script with = athlete(std::string(phase) + ": POSE lean; " + line->second);
+    const Script without = athlete(std::string(phase) + ": POSE lean");
+    const auto hashOf = [](const Script& s, int parameter) {
+      const auto skill = skill::Skill::fromText(compilePhase(s, 0, {}, {}).text, "models/try.toml");
+      Eigen::VectorXd x = skill->initialParameters();
+      if (parameter >= 0) {
+        const ParamSpec& p = skill->parameters[static_cast<size_t>(parameter)];
+        x[parameter] = p.initial < 0.5 * (p.min + p.max) ? p.max : p.min;
+      }
+      return std::pair(skill::Runner(skill).run(x, 0).hash, skill->parameters.size());
+    };
+    const auto [hash, parameters] = hashOf(with, -1);
+    EXPECT_EQ(hash, hashOf(with, -1).first);
+    const bool pushes = GetParam().name == "VirtualForce";  // at first with nothing
+    if (!pushes) {
+      EXPECT_NE(hash, hashOf(without, -1).first);
+    }
+    const bool searched =
+        GetParam().parameters.substr(0, 4) != "none" || GetParam().name == "FeedbackVirtualForce";
+    for (size_t i = 0; searched && i < parameters; ++i) {
+      EXPECT_NE(hashOf(with, static_cast<int>(i)).first, hash) << phase << " " << i;
+    }
+  }
+}
+
+// Compiling -------------------------------------------------------------------------------------
+
+TEST(Compile, GivesThePublishedScriptTheRigsOfTheTable) {
+  const Script s = athlete(kPublished);
+  std::map<std::string, Reading> by_text;
+  for (size_t k = 0; k < s.phases.size(); ++k) {
+    for (const Reading& r : compilePhase(s, k, {}, {}).readings) {
+      by_text[r.phase + ": " + r.said] = r;
+    }
+  }
+  using Rigs = std::vector<std::string>;
+  EXPECT_EQ(by_text["leaning: MOVE downward BY 0.2m"].rigs, Rigs{"IKPose<contact, root>"});
+  EXPECT_EQ(by_text["leaning: FLEX elbows BY 20deg"].rigs, Rigs{"TargetJoints<elbow>"});
+  EXPECT_TRUE(by_text["leaning: head IN FRONT OF root"].rigs.empty());
+  EXPECT_FALSE(by_text["leaning: head IN FRONT OF root"].constraint.empty());
+  EXPECT_EQ(by_text["thrusting: SPEED near [1.2,2.4,0.0]"].rigs, Rigs{"VirtualForce<contact>"});
+  EXPECT_EQ(by_text["thrusting: SLOWDOWN 20%"].rigs, Rigs{"VirtualForce<contact>"});
+  EXPECT_FALSE(by_text["thrusting: spin about z FORWARD"].constraint.empty());
+  EXPECT_EQ(by_text["landing: BALANCE"].rigs[0], "FeedbackVirtualForce<contact, C_bal>");
+  EXPECT_EQ(by_text["airborne: RELAX arms BY 30%"].rigs, Rigs{"Stiffness<arms>"});
+}
+
+TEST(Compile, ALaterInstructionOnTheSameReplacesTheEarlier) {
+  const auto targets = [](const std::string& lines) {
+    return compilePhase(athlete(lines), 0, {}, {{"com_z", 0.8}}).text;
+  };
+  EXPECT_SAYS(targets("Leaning: MOVE downward BY 0.1m; MOVE downward BY 0.2m"),
+              "(com_z - (0.6))^2");
+  EXPECT_SAYS(targets("Thrusting: SPEED NEAR [1, 2, 0]; SLOWDOWN 20%"), "(speed_z - (1.6))^2");
+}
+
+TEST(Compile, PlacesAreFromTheFeetAtTheStart) {
+  const Script s = athlete("Airborne: PLACE feet NEAR [0.8, 0, 0]");
+  const Body body(s);
+  EXPECT_SAYS(compilePhase(s, 0, {}, {}).text,
+              fmt::format("(feet_x - ({:.6g}))^2", 0.8 + body.origin.x()));
+  EXPECT_SAYS(compilePhase(s, 0, {}, {}).text,
+              fmt::format("(feet_z - ({:.6g}))^2", body.origin.z()));
+  EXPECT_EQ(body.soles, (std::vector<std::string>{"l_foot", "r_foot"}));
+  EXPECT_EQ(body.leg_joints, (std::vector<std::string>{"hip_flex", "knee", "ankle_flex"}));
+}
+
+// Lessons ---------------------------------------------------------------------------------------
+
+const char* const kHop = R"(
+Leaning:
+  POSE lean
+  MOVE downward BY 0.1m
+Thrusting:
+  POSE thrust
+  SPEED NEAR [0.5, 1, 0]
+)";
+
+/// Equal bits for any number of threads, and after a resume.
+TEST(Lesson, LeavesASkillThatDoesWhatWasPractised) {
+  const TestFolder folder;
+  const Script s = athlete(kHop);
+  LessonOptions o{.seed = 3, .budget = 8, .threads = 2};
+  const Lesson two = practise(s, folder / "two", o);
+  ASSERT_FALSE(two.whole.empty()) << two.phases.back().phase << ": " << two.phases.back().ended;
+  EXPECT_FALSE(two.failed) << two.ended;
+  o.threads = 1;
+  const Lesson one = practise(s, folder / "one", o);
+  const auto hashOf = [](const Lesson& l) { return practice::Run::open(l.whole).outcome()->hash; };
+  EXPECT_EQ(hashOf(one), hashOf(two));
+  // Stopped in the second phase, and again, with more trials, in the first.
+  std::stop_source stop;
+  LessonOptions stopped = o;
+  stopped.stop = stop.get_token();
+  stopped.on_progress = [&](const std::string& phase, int, const optim::Progress& p) {
+    if (phase == "thrusting" && p.generation == 1) stop.request_stop();
+  };
+  EXPECT_TRUE(practise(s, folder / "three", stopped).interrupted);
+  o.resume = true;
+  EXPECT_EQ(hashOf(practise(s, folder / "three", o)), hashOf(two));
+  o.budget = 4;
+  practise(s, folder / "four", o);
+  o.budget = 8;
+  EXPECT_EQ(hashOf(practise(s, folder / "four", o)), hashOf(two));
+  // The whole moves as the phases did one after another.
+  const auto whole = practice::learnedSkill(practice::Run::open(two.whole));
+  const auto last = practice::learnedSkill(practice::Run::open(two.phases[1].run));
+  const auto measureOf = [](const practice::LearnedSkill& l, const std::string& name) {
+    const skill::Rollout r = l.perform();
+    for (size_t i = 0; i < l.skill->measures.size(); ++i) {
+      if (l.skill->measures[i].name == name) return r.measures[i];
+    }
+    return std::nan("");
+  };
+  EXPECT_NEAR(measureOf(whole, "thrusting_speed_z"), measureOf(last, "speed_z"), 0.05);
+  EXPECT_GT(measureOf(last, "speed_z"), 0.3);
+}
+
+TEST(Lesson, StopsAtAPhaseThatFails) {
+  const TestFolder folder;
+  // Nothing makes it leave the ground.
+  const Lesson l = practise(athlete("Leaning: POSE stand; UNTIL feet leave; BALANCE"),
+                            folder / "no", {.budget = 8});
+  EXPECT_TRUE(l.whole.empty());
+  ASSERT_EQ(l.phases.size(), 1U);
+  EXPECT_TRUE(l.phases[0].failed);
+  EXPECT_EQ(l.phases[0].ended, "late");
+}
+
+}  // namespace
+}  // namespace traceur::coach
