@@ -78,6 +78,9 @@ class Compiler {
     if (t.kind == Thing::Kind::kCom) return com(axis);
     if (t.kind == Thing::Kind::kCop)
       return measure(fmt::format("cop_{}", a), fmt::format("cop.{}", a));
+    if (t.name.empty()) {
+      return measure(fmt::format("{}_{}", identifier(t.said), a), body_.mean(t.bodies, a));
+    }
     return measure(fmt::format("{}_{}", t.name, a), fmt::format("body.{}.{}", t.name, a));
   }
   std::string signal(const Thing& t, int axis) const {
@@ -85,6 +88,7 @@ class Compiler {
     if (t.kind == Thing::Kind::kCom) return fmt::format("com.{}", a);
     if (t.kind == Thing::Kind::kCop) return fmt::format("cop.{}", a);
     if (t.kind == Thing::Kind::kPlace) return num(body_.origin[axis] * (axis < 2) + t.vector[axis]);
+    if (t.name.empty()) return body_.mean(t.bodies, a);
     return fmt::format("body.{}.{}", t.name, a);
   }
   double before(const std::string& measure) const {

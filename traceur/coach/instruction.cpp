@@ -26,21 +26,29 @@ struct Unit {
   double factor;
 };
 constexpr Unit kUnits[] = {{"m", 1},
-                           {"cm", 0.01},
-                           {"mm", 0.001},
-                           {"metres", 1},
-                           {"meters", 1},
                            {"metre", 1},
+                           {"metres", 1},
                            {"meter", 1},
+                           {"meters", 1},
+                           {"cm", 0.01},
+                           {"centimetre", 0.01},
+                           {"centimetres", 0.01},
+                           {"centimeter", 0.01},
+                           {"centimeters", 0.01},
+                           {"mm", 0.001},
                            {"deg", kDegree},
-                           {"degrees", kDegree},
+                           {"degs", kDegree},
                            {"degree", kDegree},
+                           {"degrees", kDegree},
                            {"°", kDegree},
                            {"rad", 1},
+                           {"radians", 1},
                            {"m/s", 1},
                            {"s", 1},
-                           {"n", 1},
-                           {"x", 1}};
+                           {"second", 1},
+                           {"seconds", 1},
+                           {"percent", 1},
+                           {"percents", 1}};
 bool isLetter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '/' ||
          static_cast<unsigned char>(c) >= 0x80;
@@ -63,9 +71,9 @@ class Scanner {
  private:
   int column() const { return static_cast<int>(at_) + 1; }
   void skip() {
-    while (at_ < text_.size() &&
-           (std::isspace(static_cast<unsigned char>(text_[at_])) || text_[at_] == ',' ||
-            (text_[at_] == '.' && !startsNumber()) || text_[at_] == '!' || text_[at_] == '\'')) {
+    while (at_ < text_.size() && (std::isspace(static_cast<unsigned char>(text_[at_])) ||
+                                  text_[at_] == ',' || (text_[at_] == '.' && !startsNumber()) ||
+                                  text_[at_] == '!' || text_[at_] == '\'' || text_[at_] == '?')) {
       ++at_;
     }
   }
@@ -128,7 +136,7 @@ class Scanner {
     Token t;
     t.column = column();
     const char c = text_[at_];
-    if (c == '[') return vector();
+    if (c == '[' || c == '(') return vector();
     if (startsNumber()) {
       t.number = number();
       if (at_ < text_.size() && (text_[at_] == '%' || text_.compare(at_, 2, " %") == 0)) {
@@ -139,7 +147,7 @@ class Scanner {
       t.kind = Token::Kind::kNumber;
       const int unit_column = column();
       t.word = unit();
-      if (t.word == "percent") {
+      if (t.word.starts_with("percent")) {
         t.kind = Token::Kind::kPercent;
         return t;
       }
@@ -165,7 +173,7 @@ class Scanner {
       t.vector[i] = number();
     }
     skip();
-    if (at_ >= text_.size() || text_[at_] != ']') {
+    if (at_ >= text_.size() || (text_[at_] != ']' && text_[at_] != ')')) {
       throw Misunderstanding{column(), "a vector has three numbers, then \"]\": [1.2, 2.4, 0.0]"};
     }
     ++at_;
@@ -200,11 +208,12 @@ std::string number(double v) {
 
 bool isLength(const Token& t) {
   return t.kind == Token::Kind::kNumber &&
-         (t.word == "m" || t.word == "cm" || t.word == "mm" || t.word.starts_with("met"));
+         (t.word == "m" || t.word == "cm" || t.word == "mm" || t.word.starts_with("met") ||
+          t.word.starts_with("centi"));
 }
 bool isAngle(const Token& t) {
   return t.kind == Token::Kind::kNumber &&
-         (t.word.starts_with("deg") || t.word == "°" || t.word == "rad");
+         (t.word.starts_with("deg") || t.word == "°" || t.word.starts_with("rad"));
 }
 
 /// What was found in an instruction, whatever its order.
@@ -216,12 +225,15 @@ struct Slots {
   std::optional<Relation> relation;
   std::optional<char> axis;
   std::optional<Token> number, percent, vector;
-  double degree = 1;  // of "a bit", "much"
+  std::optional<double> share;       // "twice", "half"
+  std::optional<Vector3d> velocity;  // of "2 m/s forward", world axes
+  double degree = 1;                 // of "a bit", "much"
   std::string surface;
   bool by = false;
   bool spins = false;     // "spin", "somersault"
   bool attitude = false;  // "orientation"
   bool more = false;      // "more", "further"
+  bool negated = false;   // "not", "avoid"
 };
 
 /// Sorts words into slots: the longest run of words that means something, then the next.
@@ -239,7 +251,7 @@ class Sorter {
         ++i;
         continue;
       }
-      size_t used = std::min<size_t>(4, tokens.size() - i);
+      size_t used = std::min<size_t>(6, tokens.size() - i);
       while (used > 0 && !words(std::span(tokens).subspan(i, used))) --used;
       if (used == 0 && !unknown) {
         unknown = Misunderstanding{token_->column,
@@ -249,6 +261,9 @@ class Sorter {
       i += std::max<size_t>(1, used);
     }
     if (unknown) throw *unknown;
+    if (pending_) {
+      throw Misunderstanding{pending_->column, "which way? Expected a direction beside the speed"};
+    }
     return std::move(s_);
   }
 
@@ -261,7 +276,12 @@ class Sorter {
     slot = value;
   }
   bool quantity(const Token& t) {
-    if (t.kind == Token::Kind::kNumber) once(s_.number, t, "numbers");
+    if (t.kind == Token::Kind::kNumber && t.word == "m/s") {
+      pending_ = t;
+      if (s_.direction && !s_.velocity) velocityAlong(*s_.direction);
+    } else if (t.kind == Token::Kind::kNumber) {
+      once(s_.number, t, "numbers");
+    }
     if (t.kind == Token::Kind::kPercent) once(s_.percent, t, "percentages");
     if (t.kind == Token::Kind::kVector) once(s_.vector, t, "vectors");
     return t.kind != Token::Kind::kWord;
@@ -270,8 +290,9 @@ class Sorter {
     const auto is_word = [](const Token& t) { return t.kind == Token::Kind::kWord; };
     if (!std::ranges::all_of(tokens, is_word)) return false;
     const std::string w = joined(tokens);
-    return place(w) || relation(w) || degree(w) || adverb(w) || verb(w) || mark(w) ||
-           direction(w) || part(w) || std::ranges::find(fillers(), w) != fillers().end();
+    return place(w) || relation(w) || degree(w) || adverb(w) || verb(w) || mark(w) || share(w) ||
+           direction(w) || part(w) || negation(w) ||
+           std::ranges::find(fillers(), w) != fillers().end();
   }
   bool place(const std::string& w) {
     const bool known =
@@ -302,11 +323,45 @@ class Sorter {
   }
   bool verb(const std::string& w) {
     const auto row = find(verbs(), w);
+    if (!row) return false;
     // "raise the hips higher": what is a verb and a direction is the latter behind a thing.
-    if (!row || s_.act || (find(directions(), w) && !s_.things.empty())) return false;
-    s_.act = row->act;
-    s_.act_column = token_->column;
-    return true;
+    if (find(directions(), w) && (s_.act || !s_.things.empty())) return false;
+    if (!s_.act) {
+      s_.act = row->act;
+      s_.act_column = token_->column;
+      return true;
+    }
+    return stands(row->act);
+  }
+  /// A second verb: the same again, or one that says what the first is for.
+  bool stands(Act next) {
+    const Act first = *s_.act;
+    if (first == next) return true;
+    const auto is = [](Act a, std::initializer_list<Act> of) {
+      return std::ranges::find(of, a) != of.end();
+    };
+    // "open up the hips, bend less": no. "lift off, faster", "go twist": the second is meant.
+    if (is(first, {Act::kMove, Act::kPlace, Act::kLower, Act::kRaise}) &&
+        !is(next, {Act::kMove, Act::kPlace})) {
+      s_.act = next;
+      return true;
+    }
+    if (is(next, {Act::kMove, Act::kPlace})) return true;
+    // "kick off the wall, pull yourself in"; "spin … slower"
+    if (is(first, {Act::kRotate, Act::kTwist}) && is(next, {Act::kRotate, Act::kTwist}))
+      return true;
+    if (is(first, {Act::kRotate, Act::kTwist}) && is(next, {Act::kFaster, Act::kSlower})) {
+      s_.act = next == Act::kFaster ? Act::kTurnFaster : Act::kTurnSlower;
+      return true;
+    }
+    if (next == Act::kBalance) {
+      s_.act = next;
+      return true;
+    }
+    // "straighten the knee until it is bent by 10 degrees"
+    if (is(first, {Act::kFlex, Act::kExtend}) && is(next, {Act::kFlex, Act::kExtend})) return true;
+    if (first == Act::kBalance) return true;
+    throw Misunderstanding{token_->column, "two verbs: say one thing at a time"};
   }
   bool mark(const std::string& w) {
     static constexpr std::string_view kSpins[] = {"spin",     "turn", "turning",   "spinning",
@@ -319,10 +374,36 @@ class Sorter {
     if (axis) once(s_.axis, w[0], "axes");
     return axis;
   }
+  bool share(const std::string& w) {
+    const auto row = find(shares(), w);
+    if (row) once(s_.share, row->factor, "shares");
+    return row.has_value();
+  }
+  bool negation(const std::string& w) {
+    const bool is = w == "not" || w == "don" || w == "dont" || w == "never" || w == "avoid" ||
+                    w == "without" || w == "no" || w == "stop" || w == "t" || w == "doesn";
+    s_.negated = s_.negated || is;
+    return is;
+  }
+  void velocityAlong(const DirectionRow& d) {
+    if (!s_.velocity) s_.velocity = Vector3d::Zero();
+    *s_.velocity += pending_->number * Vector3d(d.x, d.y, d.z);
+    pending_.reset();
+  }
   bool direction(const std::string& w) {
     const auto row = find(directions(), w);
     // "the back" is a part until there is something to do.
     if (!row || (w == "back" && !s_.act && !s_.spins)) return false;
+    if (pending_) {
+      velocityAlong(*row);
+      s_.direction = *row;
+      return true;
+    }
+    // "fly forward at 2 m/s and up at 1": each speed has its own.
+    if (s_.velocity) {
+      s_.direction = *row;
+      return true;
+    }
     if (s_.direction && s_.direction->name != row->name) {
       throw Misunderstanding{token_->column, "two directions: say one thing at a time"};
     }
@@ -339,6 +420,7 @@ class Sorter {
   const std::vector<std::string>& surfaces_;
   std::vector<std::string> known_;
   const Token* token_ = nullptr;
+  std::optional<Token> pending_;  // a speed whose direction is not said yet
   Slots s_;
 };
 
@@ -350,12 +432,31 @@ class Maker {
       : s_(s), with_(with), model_(model), axes_(axes), readings_(readings) {}
 
   Instruction make() {
-    if (s_.relation) {
+    if (s_.negated && s_.act != Act::kBalance) {
+      throw wrong("what is not to be is no instruction: say what should be");
+    }
+    if (s_.relation && s_.relation == Relation::kAbove && s_.vector && s_.things.size() == 1) {
+      placeNear();  // "keep the COM over [0.2, 1, 0]"
+    } else if (s_.relation) {
       relation();
-    } else if (s_.spins && !s_.act) {
+    } else if (s_.velocity || (s_.act == Act::kSpeed && s_.vector)) {
+      speed();
+    } else if (s_.spins && !s_.act && s_.number && isAngle(*s_.number) && !s_.things.empty()) {
+      rotate(true);  // "turn the head by 45 degrees to the left"
+    } else if (s_.spins && !s_.act && s_.share) {
+      turn(*s_.share > 1);  // "halve your spin"
+    } else if (s_.share && !s_.act) {
+      momentum(*s_.share > 1);
+    } else if (s_.spins && (!s_.act || s_.act == Act::kMove) && s_.direction) {
       spinSign();
     } else if (s_.act) {
       act();
+    } else if (s_.vector && s_.things.size() == 1) {
+      placeNear();
+    } else if (s_.direction && !s_.spins) {
+      move({});
+    } else if (s_.spins) {
+      spinSign();
     } else {
       throw Misunderstanding{1, "what is to be done? Expected a verb, as MOVE or PLACE"};
     }
@@ -366,27 +467,31 @@ class Maker {
   Misunderstanding wrong(const std::string& reason) const { return {s_.act_column, reason}; }
 
   void act() {
+    const bool two = bodies().size() == 2 && !s_.relation;
+    const bool turned = s_.number && isAngle(*s_.number);
     switch (*s_.act) {
       case Act::kFlex:
         return flex(false);
       case Act::kExtend:
         return flex(true);
       case Act::kMove:
-        return move({});
+        if (s_.more && !s_.direction && s_.things.empty()) return momentum(true);
+        if (two || (s_.vector && s_.things.size() == 1)) return placeNear();
+        return turned ? rotate(false) : move({});
       case Act::kLower:
         return move("down");
       case Act::kRaise:
         return move("up");
       case Act::kRotate:
-        return rotate();
+        return s_.things.empty() && s_.spins ? spinSign() : rotate(false);
+      case Act::kTwist:
+        return rotate(true);
       case Act::kSpeed:
-        return speed();
-      case Act::kJump:
-        return jump();
+        return s_.direction || s_.more ? momentum(true) : speed();
       case Act::kFaster:
-        return momentum(true);
+        return s_.spins ? turn(true) : momentum(true);
       case Act::kSlower:
-        return momentum(false);
+        return s_.spins ? turn(false) : momentum(false);
       case Act::kTurnFaster:
         return turn(true);
       case Act::kTurnSlower:
@@ -400,32 +505,46 @@ class Maker {
       case Act::kPush:
         return push(false);
       case Act::kPull:
-        return push(true);
+        // "pull the legs back by 0.2 m"
+        return s_.direction && s_.surface.empty() ? move({}) : push(true);
       case Act::kPlace:
         return placeNear();
     }
   }
 
   // Pieces ---------------------------------------------------------------------------------------
-  const Thing& one(const std::string& expected) const {
-    if (s_.things.empty()) throw wrong("of what? Expected " + expected);
-    if (s_.things.size() > 1) throw wrong("two parts: say one thing at a time");
-    return s_.things[0];
+  /// What was named, each once; "your body", "yourself" only where nothing else was.
+  std::vector<Thing> bodies() const {
+    std::vector<Thing> out;
+    for (const Thing& t : s_.things) {
+      const auto same = [&](const Thing& o) {
+        return o.kind == t.kind && o.name == t.name && o.joints == t.joints;
+      };
+      const bool self = t.kind == Thing::Kind::kCom && (t.said == "body" || t.said == "yourself");
+      if (std::ranges::none_of(out, same) && !(self && s_.things.size() > 1)) out.push_back(t);
+    }
+    return out;
+  }
+  Thing one(const std::string& expected) const {
+    const std::vector<Thing> all = bodies();
+    if (all.empty()) throw wrong("of what? Expected " + expected);
+    if (all.size() > 1) throw wrong("two parts: say one thing at a time");
+    return all[0];
   }
   /// A joint as a place: the body that it is in.
   Thing bodyFor(const Thing& t) const {
     if (t.kind != Thing::Kind::kJoints) return t;
-    static constexpr std::pair<std::string_view, std::string_view> kBodies[] = {
-        {"hip", "root"},    {"spine", "trunk"},    {"back", "trunk"}, {"ankle", "feet"},
-        {"wrist", "hands"}, {"elbow", "forearms"}, {"leg", "legs"},   {"arm", "arms"}};
-    for (const auto& [joint, body] : kBodies) {
-      if (!t.said.starts_with(joint)) continue;
-      if (auto b = with_.thing(body)) {
-        b->said = t.said;
-        return *b;
-      }
-    }
-    throw wrong(fmt::format("\"{}\" is a joint: expected a part of the body", t.said));
+    Thing place = t;
+    place.kind = Thing::Kind::kBody;
+    const auto whole = [&](std::string_view name) {
+      if (const auto b = with_.thing(name)) place.name = b->name;
+    };
+    if (t.said.starts_with("hip")) whole("root");
+    if (t.said == "spine" || t.said == "back") whole("trunk");
+    if (t.said.starts_with("leg")) whole("legs");
+    if (t.said.starts_with("arm")) whole("arms");
+    if (place.name.empty()) place.bodies = with_.bodiesOf(t.joints);
+    return place;
   }
   std::vector<std::string> jointsFor(const Thing& t) const {
     auto joints = t.kind == Thing::Kind::kJoints ? t.joints : with_.jointsOf(t.said);
@@ -478,6 +597,12 @@ class Maker {
   double factor(bool more) const {
     if (s_.number) throw Misunderstanding{s_.number->column, "expected a percentage, as 20%"};
     const double usual = kUsualShare * s_.degree;
+    if (s_.share) {
+      // "twice as fast", "half as stiff", "by a third"
+      const double f = *s_.share;
+      if (f > 1) return more ? f : 1 / f;
+      return more ? 1 + f : s_.by || f < 0.5 ? 1 - f : f;
+    }
     if (!s_.percent) return more ? 1 + usual : 1 - std::min(0.9, usual);
     const double p = s_.percent->number / 100;
     if (p <= 0) throw Misunderstanding{s_.percent->column, "expected a percentage above 0"};
@@ -610,7 +735,8 @@ class Maker {
     out_.means = fmt::format("{}{} BY {} m", limb ? "TRANSLATE " + whole.said + " " : "MOVE ",
                              out_.direction_name, number(out_.amount));
   }
-  void rotate() {
+  /// @param about_vertical  "twist to the left", not "tilt to the left"
+  void rotate(bool about_vertical) {
     out_.form = Form::kRotate;
     out_.subject = bodyFor(one("a limb, as ROTATE torso z-axis BY 20 deg"));
     if (s_.axis) {
@@ -618,8 +744,10 @@ class Maker {
       out_.direction_name = fmt::format("{}-axis", *s_.axis);
     } else if (s_.direction && s_.direction->z == 0) {
       // "tilt forward": about the world's y; "to the left": about its x.
-      out_.direction = {-s_.direction->y, s_.direction->x, 0};
-      out_.direction_name = s_.direction->name;
+      const bool twists = (about_vertical || s_.spins) && s_.direction->x == 0;
+      out_.direction =
+          twists ? Vector3d(0, 0, s_.direction->y) : Vector3d(-s_.direction->y, s_.direction->x, 0);
+      out_.direction_name = (twists ? "turn " : "") + std::string(s_.direction->name);
     } else {
       throw wrong("about which axis? As ROTATE torso z-axis BY 20 deg");
     }
@@ -629,13 +757,17 @@ class Maker {
   }
   void speed() {
     out_.form = Form::kSpeed;
+    if (s_.velocity) {
+      out_.velocity = *s_.velocity;
+      const Vector3d w = *s_.velocity;  // as the script writes vectors
+      const Vector3d v = axes_ == Axes::kPublished ? Vector3d(w.x(), w.z(), -w.y()) : w;
+      out_.means =
+          fmt::format("SPEED NEAR [{}, {}, {}] m/s", number(v[0]), number(v[1]), number(v[2]));
+      return;
+    }
     if (!s_.vector) throw wrong("how fast? Expected a velocity, as SPEED NEAR [1.2, 2.4, 0.0]");
     out_.velocity = toWorld(s_.vector->vector, axes_);
     out_.means = fmt::format("SPEED NEAR {} m/s", said(*s_.vector));
-  }
-  void jump() {
-    if (!s_.direction && !s_.more) throw wrong("jump how? As \"jump higher\"");
-    momentum(true);
   }
   void momentum(bool more) {
     out_.form = Form::kMomentum;
@@ -650,7 +782,7 @@ class Maker {
     out_.means = fmt::format("{} {}", more ? "TURNFASTER" : "TURNSLOWER", percent());
   }
   void balance() {
-    if (s_.number || s_.percent || s_.vector) throw wrong("BALANCE takes no number");
+    if (s_.number || s_.percent || s_.vector || s_.share) throw wrong("BALANCE takes no number");
     out_.form = Form::kBalance;
     out_.means = "BALANCE";
   }
@@ -672,15 +804,16 @@ class Maker {
                              s_.surface.empty() ? "" : " AGAINST " + s_.surface);
   }
   void placeNear() {
-    if (s_.things.size() > 2) throw wrong("three things: expected two");
-    if (!s_.vector && s_.things.size() < 2 && s_.direction) return landFurther();
-    if (s_.things.empty()) throw wrong("place what? As PLACE feet NEAR [0.8, 0, 0]");
+    const std::vector<Thing> things = bodies();
+    if (things.size() > 2) throw wrong("three things: expected two");
+    if (!s_.vector && things.size() < 2 && s_.direction) return landFurther();
+    if (things.empty()) throw wrong("place what? As PLACE feet NEAR [0.8, 0, 0]");
     out_.form = Form::kPlace;
-    out_.subject = bodyFor(s_.things[0]);
+    out_.subject = bodyFor(things[0]);
     if (s_.vector) {
       out_.other = placeOf(*s_.vector);
-    } else if (s_.things.size() == 2) {
-      out_.other = bodyFor(s_.things[1]);
+    } else if (things.size() == 2) {
+      out_.other = bodyFor(things[1]);
     } else {
       throw wrong("near what? As PLACE feet NEAR [0.8, 0, 0]");
     }
@@ -708,8 +841,113 @@ class Maker {
 
 }  // namespace
 
+namespace {
+
+/// "thirty degrees", "half a metre", "forty-five percent" as numbers with their units.
+class NumberWords {
+ public:
+  explicit NumberWords(std::vector<Token> tokens) : in_(std::move(tokens)) {}
+
+  std::vector<Token> read() {
+    for (at_ = 0; at_ < in_.size();) {
+      if (!digits() && !words() && !part()) out_.push_back(in_[at_++]);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  const std::string& word(size_t i) const {
+    static const std::string kNone;
+    return i < in_.size() && in_[i].kind == Token::Kind::kWord ? in_[i].word : kNone;
+  }
+  static const Unit* unitNamed(const std::string& w) {
+    const auto* found = std::ranges::find_if(kUnits, [&](const Unit& u) { return u.name == w; });
+    return found == std::end(kUnits) ? nullptr : found;
+  }
+  /// Stores a number with the unit that follows it, if it has none itself.
+  void store(Token t, size_t next) {
+    if (t.kind == Token::Kind::kNumber && t.word.empty()) {
+      if (word(next) == "per" && word(next + 1) == "cent") {
+        t.kind = Token::Kind::kPercent;
+        next += 2;
+      } else if (const Unit* u = unitNamed(word(next))) {
+        t.kind = u->name.starts_with("percent") ? Token::Kind::kPercent : Token::Kind::kNumber;
+        t.word = u->name;
+        t.number *= u->factor;
+        ++next;
+      }
+    }
+    const bool per = word(next) == "per" || word(next) == "a" || word(next) == "an";
+    if (isLength(t) && per && word(next + 1) == "second") {
+      t.word = "m/s";
+      next += 2;
+    }
+    out_.push_back(t);
+    at_ = next;
+  }
+  bool digits() {
+    if (in_[at_].kind != Token::Kind::kNumber) return false;
+    store(in_[at_], at_ + 1);
+    return true;
+  }
+  /// "thirty", "forty-five", "one hundred".
+  bool words() {
+    double value = 0;
+    size_t next = at_;
+    for (; next < at_ + 2; ++next) {
+      const std::string& w = word(next);
+      const size_t dash = w.find('-');
+      const auto first = find(numbers(), w.substr(0, dash));
+      const auto second =
+          dash == std::string::npos ? std::nullopt : find(numbers(), w.substr(dash + 1));
+      if (w.empty() || !first || (dash != std::string::npos && !second)) break;
+      value = first->factor == 100 && value > 0
+                  ? value * 100
+                  : value + first->factor + (second ? second->factor : 0);
+    }
+    // "one" alone is no number, "one metre" is.
+    const bool measured = unitNamed(word(next)) || word(next) == "per";
+    if (next == at_ || (value == 1 && !measured)) return false;
+    Token t = in_[at_];
+    t.kind = Token::Kind::kNumber;
+    t.word.clear();
+    t.number = value;
+    store(t, next);
+    return true;
+  }
+  /// "half a metre", "a quarter of a metre", "a quarter turn".
+  bool part() {
+    size_t i = at_;
+    if (word(i) == "a" && find(shares(), word(i + 1))) ++i;
+    const auto share = find(shares(), word(i));
+    if (!share) return false;
+    ++i;
+    if (word(i) == "of") ++i;
+    if (word(i) == "a" || word(i) == "an") ++i;
+    Token t = in_[at_];
+    t.kind = Token::Kind::kNumber;
+    const Unit* u = unitNamed(word(i));
+    if (word(i) == "turn") {
+      t.word = "deg";
+      t.number = share->factor * 360 * kDegree;
+    } else if (u && !u->name.starts_with("percent")) {
+      t.word = u->name;
+      t.number = share->factor * u->factor;
+    } else {
+      return false;
+    }
+    store(t, i + 1);
+    return true;
+  }
+
+  std::vector<Token> in_, out_;
+  size_t at_ = 0;
+};
+
+}  // namespace
+
 std::vector<Token> tokensOf(const std::string& text) {
-  return Scanner(text).all();
+  return NumberWords(Scanner(text).all()).read();
 }
 
 Vector3d toWorld(const Vector3d& w, Axes axes) {
@@ -778,6 +1016,17 @@ std::vector<std::string> Interpreter::jointsOf(std::string_view words) const {
     if (seen.insert(name).second) names.push_back(name);
   }
   return names;
+}
+
+std::vector<std::string> Interpreter::bodiesOf(const std::vector<std::string>& joints) const {
+  std::vector<std::string> bodies;
+  for (const std::string& word : joints) {
+    for (const sim::SignedJoint& j : model_->robot()->jointsNamed(word)) {
+      const std::string body = model_->bodyName(model_->bodyOf(model_->joint(j.joint)));
+      if (std::ranges::find(bodies, body) == bodies.end()) bodies.push_back(body);
+    }
+  }
+  return bodies;
 }
 
 std::optional<Thing> Interpreter::thing(std::string_view words) const {

@@ -43,7 +43,9 @@ struct Thing {
     kNumber,    ///< for spins and attitudes
   };
   Kind kind = Kind::kCom;
-  std::string name;                    ///< as the robot's file has it; kJoints: see joints
+  std::string name;  ///< as the robot's file has it; kJoints: see joints
+  /// kBody without a name: the mean of these.
+  std::vector<std::string> bodies;
   std::vector<std::string> joints;     ///< pairs or joints, as robot.toml names them
   Vector3d vector = Vector3d::Zero();  ///< kPlace: world axes [m]; kSpin, kAttitude: axis
   double number = 0;                   ///< kNumber
@@ -113,6 +115,8 @@ class Interpreter {
 
   /// A thing by a person's name for it: "head", "elbows", "left hand", "COM".
   std::optional<Thing> thing(std::string_view words) const;
+  /// The bodies that these joints or pairs move: their frames stand at the joints.
+  std::vector<std::string> bodiesOf(const std::vector<std::string>& joints) const;
   /// The pairs and joints a person's word means: "elbows", "arms", "hips".
   std::vector<std::string> jointsOf(std::string_view words) const;
 

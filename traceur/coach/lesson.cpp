@@ -78,10 +78,9 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     drafts.push_back(compiled.draft);
     write(p.skill, compiled.text);
     const auto skill = skill::Skill::fromText(compiled.text, p.skill);
-    const int before_trials =
-        options.resume && !moved_on && fs::exists(p.run)
-            ? practice::Run::open(p.run).progress().evaluations
-            : 0;
+    const int before_trials = options.resume && !moved_on && fs::exists(p.run)
+                                  ? practice::Run::open(p.run).progress().evaluations
+                                  : 0;
     if (options.resume && moved_on) fs::remove(p.run);
     const practice::SearchOptions search{
         .seed = options.seed + k,

@@ -13,12 +13,13 @@ namespace traceur::coach {
 enum class Act {
   kFlex,
   kExtend,
-  kMove,   ///< where to is said beside it
-  kLower,  ///< move or translate down
-  kRaise,  ///< the same up
-  kRotate,
+  kMove,  ///< where to is said beside it
+  kLower,
+  kRaise,
+  kRotate,  ///< about an axis, or over towards a direction
+  kTwist,   ///< about the vertical
   kSpeed,
-  kFaster,  ///< speed up, or turn faster where it is about turning
+  kFaster,  ///< momentum, or spin where it is about spinning
   kSlower,
   kTurnFaster,
   kTurnSlower,
@@ -28,7 +29,6 @@ enum class Act {
   kPush,
   kPull,
   kPlace,
-  kJump,  ///< faster, in a direction: "jump higher"
 };
 
 struct VerbRow {
@@ -64,6 +64,12 @@ struct PartRow {
   std::string_view name;
 };
 std::span<const PartRow> parts();
+
+/// "twice as": a factor, of a quantity that a verb names.
+std::span<const DegreeRow> shares();
+
+/// Number words: "thirty".
+std::span<const DegreeRow> numbers();
 
 /// Words that change nothing.
 std::span<const std::string_view> fillers();
