@@ -107,6 +107,8 @@ class Scanner {
       ++at_;
     }
     std::string w = text_.substr(from, at_ - from);
+    if (w == "C") return "com";  // the printed names of the COM and the centre of pressure
+    if (w == "S") return "cop";
     std::ranges::transform(w, w.begin(), lowered);
     return w;
   }
@@ -233,6 +235,8 @@ struct Slots {
   bool spins = false;     // "spin", "somersault"
   bool attitude = false;  // "orientation"
   bool more = false;      // "more", "further"
+  bool near = false;      // "near", "close to"
+  bool as = false;        // "half as fast": to so much, not by so much
   bool negated = false;   // "not", "avoid"
 };
 
@@ -245,6 +249,8 @@ class Sorter {
 
   Slots sort(const std::vector<Token>& tokens) {
     std::optional<Misunderstanding> unknown;
+    speeds_ = std::ranges::any_of(
+        tokens, [](const Token& t) { return t.word == "m/s" && t.kind == Token::Kind::kNumber; });
     for (size_t i = 0; i < tokens.size();) {
       token_ = &tokens[i];
       if (quantity(*token_)) {
@@ -278,7 +284,8 @@ class Sorter {
   bool quantity(const Token& t) {
     if (t.kind == Token::Kind::kNumber && t.word == "m/s") {
       pending_ = t;
-      if (s_.direction && !s_.velocity) velocityAlong(*s_.direction);
+      if (fresh_) velocityAlong(*fresh_);
+      fresh_.reset();
     } else if (t.kind == Token::Kind::kNumber) {
       once(s_.number, t, "numbers");
     }
@@ -286,13 +293,27 @@ class Sorter {
     if (t.kind == Token::Kind::kVector) once(s_.vector, t, "vectors");
     return t.kind != Token::Kind::kWord;
   }
+  /// "folded", "wobbling": the verb they are of.
+  bool stemmed(const std::string& w) {
+    for (const std::string_view tail : {"ing", "ed", "s", "d", "es"}) {
+      if (!w.ends_with(tail) || w.size() < tail.size() + 3) continue;
+      const std::string stem = w.substr(0, w.size() - tail.size());
+      std::vector<std::string> forms{stem, stem + "e"};
+      if (stem[stem.size() - 1] == stem[stem.size() - 2])
+        forms.push_back(stem.substr(0, stem.size() - 1));
+      for (const std::string& f : forms) {
+        if (find(verbs(), f)) return verb(f);
+      }
+    }
+    return false;
+  }
   bool words(std::span<const Token> tokens) {
     const auto is_word = [](const Token& t) { return t.kind == Token::Kind::kWord; };
     if (!std::ranges::all_of(tokens, is_word)) return false;
     const std::string w = joined(tokens);
     return place(w) || relation(w) || degree(w) || adverb(w) || verb(w) || mark(w) || share(w) ||
            direction(w) || part(w) || negation(w) ||
-           std::ranges::find(fillers(), w) != fillers().end();
+           std::ranges::find(fillers(), w) != fillers().end() || stemmed(w);
   }
   bool place(const std::string& w) {
     const bool known =
@@ -316,6 +337,7 @@ class Sorter {
     const bool faster = w == "faster" || w == "quicker" || w == "quickly";
     const bool slower = w == "slower" || w == "slowly";
     if (!faster && !slower) return false;
+    if (s_.act == Act::kTurnFaster || s_.act == Act::kTurnSlower) return true;
     const bool turns = s_.spins || s_.act == Act::kRotate;
     s_.act = turns ? (faster ? Act::kTurnFaster : Act::kTurnSlower)
                    : (faster ? Act::kFaster : Act::kSlower);
@@ -326,6 +348,8 @@ class Sorter {
     if (!row) return false;
     // "raise the hips higher": what is a verb and a direction is the latter behind a thing.
     if (find(directions(), w) && (s_.act || !s_.things.empty())) return false;
+    s_.as = s_.as || row->act == Act::kAsFast || row->act == Act::kAsStiff;
+    if (w.starts_with("so ")) s_.negated = false;  // "do not spin so fast"
     if (!s_.act) {
       s_.act = row->act;
       s_.act_column = token_->column;
@@ -361,6 +385,20 @@ class Sorter {
     // "straighten the knee until it is bent by 10 degrees"
     if (is(first, {Act::kFlex, Act::kExtend}) && is(next, {Act::kFlex, Act::kExtend})) return true;
     if (first == Act::kBalance) return true;
+    if (is(first, {Act::kFaster, Act::kSlower}) && next == Act::kSpeed) return true;
+    if (first == Act::kLean && next != Act::kFlex && next != Act::kExtend) {
+      if (!is(next, {Act::kMove, Act::kPlace})) s_.act = next;
+      return true;
+    }
+    if (first == Act::kPush && next == Act::kSpeed) {
+      s_.act = next;  // "push off with a velocity of"
+      return true;
+    }
+    // "your elbows are too rigid, ease them off" is one; "twice as stiff" says it more exactly.
+    if (next == Act::kAsFast || next == Act::kAsStiff) {
+      s_.act = next;
+      return true;
+    }
     throw Misunderstanding{token_->column, "two verbs: say one thing at a time"};
   }
   bool mark(const std::string& w) {
@@ -370,6 +408,10 @@ class Sorter {
     if (std::ranges::find(kSpins, w) != std::end(kSpins)) return s_.spins = true;
     if (w == "orientation" || w == "attitude" || w == "pitch") return s_.attitude = true;
     if (w == "more" || w == "further") return s_.more = true;
+    static constexpr std::string_view kNear[] = {"near",           "close to", "next to", "beside",
+                                                 "by the side of", "touching", "against"};
+    if (std::ranges::find(kNear, w) != std::end(kNear)) return s_.near = true;
+    if (w == "turn over" || w == "flip over" || w == "roll over") return s_.spins = true;
     const bool axis = (w.size() == 1 || w.ends_with("-axis")) && w[0] >= 'x' && w[0] <= 'z';
     if (axis) once(s_.axis, w[0], "axes");
     return axis;
@@ -394,13 +436,13 @@ class Sorter {
     const auto row = find(directions(), w);
     // "the back" is a part until there is something to do.
     if (!row || (w == "back" && !s_.act && !s_.spins)) return false;
+    // "forward at 2 m/s and up at 1": each speed has its own.
     if (pending_) {
       velocityAlong(*row);
-      s_.direction = *row;
-      return true;
+    } else {
+      fresh_ = *row;
     }
-    // "fly forward at 2 m/s and up at 1": each speed has its own.
-    if (s_.velocity) {
+    if (speeds_) {
       s_.direction = *row;
       return true;
     }
@@ -420,7 +462,9 @@ class Sorter {
   const std::vector<std::string>& surfaces_;
   std::vector<std::string> known_;
   const Token* token_ = nullptr;
-  std::optional<Token> pending_;  // a speed whose direction is not said yet
+  bool speeds_ = false;                // a number of m/s is somewhere in it
+  std::optional<Token> pending_;       // a speed whose direction is not said yet
+  std::optional<DirectionRow> fresh_;  // a direction whose speed is not said yet
   Slots s_;
 };
 
@@ -451,7 +495,7 @@ class Maker {
       spinSign();
     } else if (s_.act) {
       act();
-    } else if (s_.vector && s_.things.size() == 1) {
+    } else if ((s_.vector && s_.things.size() == 1) || (s_.near && bodies().size() == 2)) {
       placeNear();
     } else if (s_.direction && !s_.spins) {
       move({});
@@ -468,16 +512,15 @@ class Maker {
 
   void act() {
     const bool two = bodies().size() == 2 && !s_.relation;
-    const bool turned = s_.number && isAngle(*s_.number);
     switch (*s_.act) {
       case Act::kFlex:
         return flex(false);
       case Act::kExtend:
         return flex(true);
       case Act::kMove:
-        if (s_.more && !s_.direction && s_.things.empty()) return momentum(true);
-        if (two || (s_.vector && s_.things.size() == 1)) return placeNear();
-        return turned ? rotate(false) : move({});
+        return go(two);
+      case Act::kLean:
+        return lean();
       case Act::kLower:
         return move("down");
       case Act::kRaise:
@@ -487,7 +530,12 @@ class Maker {
       case Act::kTwist:
         return rotate(true);
       case Act::kSpeed:
+        if (s_.share) return momentum(*s_.share > 1);  // "double your speed"
         return s_.direction || s_.more ? momentum(true) : speed();
+      case Act::kAsFast:
+        return s_.spins ? turn(asMore()) : momentum(asMore());
+      case Act::kAsStiff:
+        return stiffness(asMore());
       case Act::kFaster:
         return s_.spins ? turn(true) : momentum(true);
       case Act::kSlower:
@@ -505,12 +553,27 @@ class Maker {
       case Act::kPush:
         return push(false);
       case Act::kPull:
+        if (two && s_.surface.empty()) return placeNear();  // "grab your knees with your hands"
         // "pull the legs back by 0.2 m"
         return s_.direction && s_.surface.empty() ? move({}) : push(true);
       case Act::kPlace:
         return placeNear();
     }
   }
+  /// "move", "bring", "lean", "get": by what else is said.
+  void go(bool two) {
+    if (s_.more && !s_.direction && s_.things.empty()) return momentum(true);
+    if (two || (s_.vector && s_.things.size() == 1)) return placeNear();
+    s_.number&& isAngle(*s_.number) ? rotate(false) : move({});
+  }
+  /// "lean the torso forward": rotates it, unless a distance is said.
+  void lean() {
+    const bool part =
+        std::ranges::any_of(bodies(), [](const Thing& t) { return t.kind != Thing::Kind::kCom; });
+    const bool far = s_.number && isLength(*s_.number);
+    part && !far && !s_.vector ? rotate(false) : move({});
+  }
+  bool asMore() const { return s_.share.value_or(s_.percent ? s_.percent->number / 100 : 1) >= 1; }
 
   // Pieces ---------------------------------------------------------------------------------------
   /// What was named, each once; "your body", "yourself" only where nothing else was.
@@ -597,6 +660,12 @@ class Maker {
   double factor(bool more) const {
     if (s_.number) throw Misunderstanding{s_.number->column, "expected a percentage, as 20%"};
     const double usual = kUsualShare * s_.degree;
+    if (s_.as) {
+      // "twice as fast", "a third as stiff", "80% as fast"
+      if (s_.share) return *s_.share;
+      if (s_.percent) return s_.percent->number / 100;
+      throw wrong("how much? As \"twice as fast\"");
+    }
     if (s_.share) {
       // "twice as fast", "half as stiff", "by a third"
       const double f = *s_.share;
@@ -877,6 +946,10 @@ class NumberWords {
         ++next;
       }
     }
+    if (isLength(t) && word(next) == "and" && word(next + 1) == "a" && word(next + 2) == "half") {
+      t.number *= (t.number + 0.5) / t.number;
+      next += 3;
+    }
     const bool per = word(next) == "per" || word(next) == "a" || word(next) == "an";
     if (isLength(t) && per && word(next + 1) == "second") {
       t.word = "m/s";
@@ -919,6 +992,15 @@ class NumberWords {
   bool part() {
     size_t i = at_;
     if (word(i) == "a" && find(shares(), word(i + 1))) ++i;
+    // "a metre"
+    if (word(i) == "a" && isLength({Token::Kind::kNumber, word(i + 1), 1, {}, 1})) {
+      Token t = in_[at_];
+      t.kind = Token::Kind::kNumber;
+      t.word.clear();
+      t.number = 1;
+      store(t, i + 1);
+      return true;
+    }
     const auto share = find(shares(), word(i));
     if (!share) return false;
     ++i;

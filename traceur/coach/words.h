@@ -14,12 +14,15 @@ enum class Act {
   kFlex,
   kExtend,
   kMove,  ///< where to is said beside it
+  kLean,  ///< move, or rotate a part
   kLower,
   kRaise,
   kRotate,  ///< about an axis, or over towards a direction
   kTwist,   ///< about the vertical
   kSpeed,
-  kFaster,  ///< momentum, or spin where it is about spinning
+  kAsFast,   ///< "half as fast"
+  kAsStiff,  ///< "twice as stiff"
+  kFaster,   ///< momentum, or spin where it is about spinning
   kSlower,
   kTurnFaster,
   kTurnSlower,
