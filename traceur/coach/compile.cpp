@@ -128,6 +128,11 @@ class Compiler {
     }
     if (!held()) fails("late", fmt::format("phase_time >= {}", num(phase_.longest)));
     if (phase_.name == "landing") {
+      // How far the feet creep once they are down.
+      for (const char* take : {"min", "max"}) {
+        measure(fmt::format("feet_x_{}", take), "body.feet.x", take,
+                ", when = \"phase_time > 0.1\", otherwise = 0");
+      }
       // After the first contact a foot that is all in the air, or slides, is a hop.
       std::vector<std::string> off;
       for (const std::string& sole : body_.soles) {

@@ -396,6 +396,8 @@ class Sorter {
     }
     // "your elbows are too rigid, ease them off" is one; "twice as stiff" says it more exactly.
     if (next == Act::kAsFast || next == Act::kAsStiff) {
+      s_.spins =
+          s_.spins || is(first, {Act::kRotate, Act::kTwist, Act::kTurnFaster, Act::kTurnSlower});
       s_.act = next;
       return true;
     }
@@ -919,6 +921,7 @@ class NumberWords {
 
   std::vector<Token> read() {
     for (at_ = 0; at_ < in_.size();) {
+      if (triple()) continue;
       if (!digits() && !words() && !part()) out_.push_back(in_[at_++]);
     }
     return std::move(out_);
@@ -957,6 +960,21 @@ class NumberWords {
     }
     out_.push_back(t);
     at_ = next;
+  }
+  /// "1.5, 2, 0.5 m/s": a vector without its brackets.
+  bool triple() {
+    if (at_ + 2 >= in_.size()) return false;
+    Token t = in_[at_];
+    for (int k = 0; k < 3; ++k) {
+      const Token& n = in_[at_ + static_cast<size_t>(k)];
+      if (n.kind != Token::Kind::kNumber || (k < 2 && !n.word.empty())) return false;
+      t.vector[k] = n.number;
+    }
+    t.kind = Token::Kind::kVector;
+    t.word = in_[at_ + 2].word;
+    out_.push_back(t);
+    at_ += 3;
+    return true;
   }
   bool digits() {
     if (in_[at_].kind != Token::Kind::kNumber) return false;
