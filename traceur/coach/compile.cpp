@@ -28,6 +28,7 @@ std::string identifier(std::string name) {
 constexpr char kAxes[] = {'x', 'y', 'z'};
 
 constexpr double kMargin = 0.05;  // m, of the COM inside the support polygon [ours]
+constexpr double kCreep = 0.02;   // m, of the feet while it comes to stand [ours]
 /// Spin that is wanted where a direction is asked for, so that the sign keeps when a joint is a
 /// little stiffer [ours].
 constexpr double kSpin = 0.3;  // rad/s
@@ -101,7 +102,8 @@ class Compiler {
     const std::string& group = phase_.ending.group;
     switch (phase_.ending.kind) {
       case Ending::Kind::kComLeads:
-        until_ = fmt::format("com.x - body.{}.x > {}", group, num(phase_.ending.amount));
+        until_ =
+            fmt::format("com.forward - body.{}.forward > {}", group, num(phase_.ending.amount));
         break;
       case Ending::Kind::kLeave:
         until_ = fmt::format("phase_time > 0.03 && contact.{0} == 0 && impulse.{0} == 0", group);
@@ -117,8 +119,8 @@ class Compiler {
     }
     // Where the COM may be over the feet while they bear it [ours: the pilot's limits].
     if (phase_.bears == "feet" && !held()) {
-      fails("falls_backward", "com.x - body.feet.x < -0.15 && contact.feet > 0");
-      fails("falls_forward", "com.x - body.feet.x > 0.45 && contact.feet > 0");
+      fails("falls_backward", "com.forward - body.feet.forward < -0.15 && contact.feet > 0");
+      fails("falls_forward", "com.forward - body.feet.forward > 0.45 && contact.feet > 0");
     }
     if (stands()) {
       fails("touches", fmt::format("contact.robot > contact.{}", phase_.bears));
@@ -128,11 +130,6 @@ class Compiler {
     }
     if (!held()) fails("late", fmt::format("phase_time >= {}", num(phase_.longest)));
     if (phase_.name == "landing") {
-      // How far the feet creep once they are down.
-      for (const char* take : {"min", "max"}) {
-        measure(fmt::format("feet_x_{}", take), "body.feet.x", take,
-                ", when = \"phase_time > 0.1\", otherwise = 0");
-      }
       // After the first contact a foot that is all in the air, or slides, is a hop.
       std::vector<std::string> off;
       for (const std::string& sole : body_.soles) {
@@ -140,7 +137,7 @@ class Compiler {
         for (const std::string& b : footOf(sole)) parts.push_back("contact." + b);
         off.push_back(join(parts, " + ") + " == 0");
       }
-      fails("hops", fmt::format("phase_time > 0.25 && ({} || abs(body_velocity.feet.x) > 0.3)",
+      fails("hops", fmt::format("phase_time > 0.5 && ({} || abs(body_velocity.feet.x) > 0.3)",
                                 join(off, " || ")));
     }
   }
@@ -283,7 +280,14 @@ class Compiler {
   }
   void force(Reading& r) {
     const std::string group = stands() ? phase_.bears : "feet";
-    rig("VirtualForce", "VirtualForce<contact>", {.target = group}, r);
+    rig("VirtualForce", "VirtualForce<contact>", {.target = group, .twists = twists()}, r);
+  }
+  /// Whether the phase is asked for a spin about the vertical.
+  bool twists() const {
+    return std::ranges::any_of(phase_.instructions, [](const Instruction& i) {
+      return i.subject && i.subject->kind == Thing::Kind::kSpin &&
+             std::abs(i.subject->vector.z()) > 0.5;
+    });
   }
   void speedNear(const Instruction& i, Reading& r) {
     force(r);
@@ -325,9 +329,13 @@ class Compiler {
     // Balanced is who is still with the COM well inside the feet.
     const std::string margin =
         measure("margin", "support.margin", "min", ", when = \"phase_time > 1\", otherwise = -1");
-    term("BALANCE",
-         fmt::format("sqrt({}) + 3 * max(0, {} - {})", join(squares, " + "), kMargin, margin));
-    r.term = "|v| + 3 max(0, 0.05 m - support margin)";
+    // … whose feet stay where they came down.
+    const std::string down = ", when = \"phase_time > 0.1\", otherwise = 0";
+    const std::string least = measure("feet_x_min", "body.feet.x", "min", down);
+    const std::string most = measure("feet_x_max", "body.feet.x", "max", down);
+    term("BALANCE", fmt::format("sqrt({}) + 3 * max(0, {} - {}) + 3 * max(0, {} - {} - {})",
+                                join(squares, " + "), kMargin, margin, most, least, kCreep));
+    r.term = "|v| + 3 max(0, 0.05 m - support margin) + 3 max(0, creep of the feet - 0.02 m)";
     r.note =
         "acts on the COM against the soles, 3000 N/m and 600 N·s/m; the legs' stiffness is "
         "found with it";
@@ -386,11 +394,13 @@ class Compiler {
       // In rad/s: what is asked of the momentum's sign is asked of the velocity's.
       must("spins_wrongly",
            fmt::format("{} - ({}) * spin.{}", num(sign * b.number), num(sign), kAxes[axis]));
-      if (stands() && b.number == 0) {
-        // Nothing printed keeps it small, and 30 kg m²/s satisfy it: a somersault.
+      if (stands()) {
+        // Nothing printed keeps it small, and 30 kg m²/s satisfy a sign: a somersault.
+        if (twists()) force(r);
+        const double wanted = sign * (std::abs(b.number) + kSpin);
         term("spin, no more than needed",
-             fmt::format("0.1 * abs({} - {})", spin(axis), num(sign * kSpin)));
-        r.note = "and no more of it than needed: 0.1 |spin - 0.3 rad/s|";
+             fmt::format("0.1 * abs({} - {})", spin(axis), num(wanted)));
+        r.note = fmt::format("and no more of it than needed: 0.1 |spin - {} rad/s|", num(wanted));
       }
       r.constraint = fmt::format("{} at the end", i.means);
       return;

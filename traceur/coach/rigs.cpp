@@ -41,10 +41,10 @@ void ikStanding(const RigUse& u, SkillDraft& d) {
   parameter(d, "root_pitch", "rad", key.y() - kPitch, key.y() + kPitch, key.y(), "Of the root.");
   d.reach.push_back(fmt::format("hold = [\"{}\"]", u.phase->bears));
   d.reach.push_back(fmt::format("joints = [{}]", quoted(u.body->leg_joints)));
-  d.reach.push_back(
-      fmt::format("[[phase.reach.goal]]\nof = \"{}\"\nfrom = \"{}\"\nx = \"root_forward\"\nz = "
-                  "\"root_height\"\npitch = \"root_pitch\"",
-                  u.body->root, u.body->soles[0]));
+  d.reach.push_back(fmt::format(
+      "[[phase.reach.goal]]\nof = \"{}\"\nfrom = \"{}\"\n{}\nz = "
+      "\"root_height\"\npitch = \"root_pitch\"",
+      u.body->root, u.body->soles[0], u.body->headed("root_forward", -u.body->sideOf(0))));
 }
 
 // In the air the feet are placed under the COM, in the world's axes: however the trunk has turned,
@@ -57,11 +57,11 @@ void ikFlying(const RigUse& u, SkillDraft& d) {
   d.reach.push_back(fmt::format("hold = [\"{}\"]", u.body->root));
   d.reach.push_back(fmt::format("joints = [{}]", quoted(u.body->leg_joints)));
   d.reach.push_back(fmt::format("every = {}", kAgain));
-  for (const std::string& sole : u.body->soles) {
+  for (size_t i = 0; i < u.body->soles.size(); ++i) {
     d.reach.push_back(
-        fmt::format("[[phase.reach.goal]]\nof = \"{0}\"\nfrom = \"com\"\nx = \"feet_forward\"\nz = "
-                    "\"-leg\"\n[[phase.reach.goal]]\nof = \"{0}\"\npitch = 0\nweight = 0.1",
-                    sole));
+        fmt::format("[[phase.reach.goal]]\nof = \"{0}\"\nfrom = \"com\"\n{1}\nz = \"-leg\"\n"
+                    "[[phase.reach.goal]]\nof = \"{0}\"\npitch = 0\nweight = 0.1",
+                    u.body->soles[i], u.body->headed("feet_forward", u.body->sideOf(i))));
   }
 }
 
@@ -83,6 +83,7 @@ void stiffness(const RigUse& u, SkillDraft& d) {
 // Beside PD control a thrust needs less than this [ours; the pilot runs saturated at 2000 N].
 constexpr double kPush = 3000, kAcross = 1500;  // N
 constexpr double kTurn = 300;                   // N·m
+constexpr double kTwist = 900;                  // N·m
 
 void virtualForce(const RigUse& u, SkillDraft& d) {
   // What is pushed goes the other way: the ground is given the opposite of what the COM is.
@@ -90,10 +91,14 @@ void virtualForce(const RigUse& u, SkillDraft& d) {
             "On the COM, away from the centre of pressure.");
   parameter(d, "push_across", "N", -kAcross, kAcross, 0, "On the COM, at right angles, forward.");
   parameter(d, "push_turn", "N·m", -kTurn, kTurn, 0, "On the body, forward.");
+  if (u.twists) {
+    parameter(d, "push_twist", "N·m", -kTwist, kTwist, 0,
+              "On the body, about the vertical, to the left.");
+  }
   d.forces.push_back(
       fmt::format("bodies = [\"{}\"]\ntouching = true\nframe = \"cop to com\"\nforce = "
-                  "[\"-push_across\", 0, \"-push_along\"]\nmoment = [0, \"-push_turn\", 0]",
-                  u.target));
+                  "[\"-push_across\", 0, \"-push_along\"]\nmoment = [0, \"-push_turn\", {}]",
+                  u.target, u.twists ? "\"-push_twist\"" : "0"));
 }
 
 // Of the COM over the feet. The printed 300 and 6 hold no crouch but the deepest [ours: about
@@ -104,9 +109,10 @@ void feedbackVirtualForce(const RigUse& u, SkillDraft& d) {
   const auto& soles = u.body->soles;
   // Ahead of the ankles by as much as standing puts it.
   d.forces.push_back(fmt::format(
-      "com = true\nagainst = [{0}]\ntouching = true\nforce = [\"{1} * ({3} + over - com.x) - {2} * "
-      "com_velocity.x\", \"{1} * ({4} - com.y) - {2} * com_velocity.y\", \"-{2} * "
-      "com_velocity.z\"]",
+      "com = true\nagainst = [{0}]\ntouching = true\nforce = [\"{1} * ({3} + over * "
+      "cos(heading.root) - "
+      "com.x) - {2} * com_velocity.x\", \"{1} * ({4} + over * sin(heading.root) - com.y) - {2} * "
+      "com_velocity.y\", \"-{2} * com_velocity.z\"]",
       quoted(soles), kSpring, kDamper, u.body->mean(soles, 'x'), u.body->mean(soles, 'y')));
   d.constants.emplace_back("over = 0.06");
 }
@@ -180,7 +186,7 @@ Body::Body(const Script& s) : script(&s), root(s.model->bodyName(s.model->root()
   for (const std::string& b : feet->second) {
     origin += standing->bodyPosition(model.body(b)) / static_cast<double>(feet->second.size());
   }
-  sole_height = standing->bodyPosition(model.body(soles[0])).z();
+  half_width = std::abs(standing->bodyPosition(model.body(soles[0])).y());
 }
 
 Vector3d Body::rootFromSoles(const KeyPose& key) const {
@@ -204,6 +210,17 @@ Vector3d Body::rootFromSoles(const KeyPose& key) const {
   const double pitch =
       sim::rpyOf(Eigen::Matrix3d(R_WS.transpose() * s.bodyRotation(model.root()))).y();
   return {p_S.x(), pitch, p_S.z()};
+}
+
+double Body::sideOf(size_t sole) const {
+  return sole == 0 ? half_width : -half_width;
+}
+
+std::string Body::headed(const std::string& forward, double left) const {
+  return fmt::format(
+      "x = \"{0} * cos(heading.root) - {1:.6g} * sin(heading.root)\"\n"
+      "y = \"{0} * sin(heading.root) + {1:.6g} * cos(heading.root)\"",
+      forward, left);
 }
 
 std::string Body::mean(const std::vector<std::string>& bodies, char axis) const {

@@ -37,12 +37,17 @@ struct Body {
   std::vector<std::string> soles;       ///< the bodies that stand on the ground flat, one a leg
   std::vector<std::string> leg_joints;  ///< pairs that move them within the plane of motion
   std::string root;
-  Vector3d origin;         ///< of the script's places: the feet at the start [m]
-  double sole_height = 0;  ///< of the soles' frames when they are flat on z = 0 [m]
+  Vector3d origin;        ///< of the script's places: the feet at the start [m]
+  double half_width = 0;  ///< of the stance: of a sole beside the root [m]
 
   explicit Body(const Script& s);
   /// Of the key pose, soles flat: the root from the soles, x and z [m], and its pitch [rad].
   Vector3d rootFromSoles(const KeyPose& pose) const;
+  /// Of a sole beside the root, to the left [m].
+  double sideOf(size_t sole) const;
+  /// "x = …", "y = …": an offset forward, an expression, and to the left [m], as the root is
+  /// headed.
+  std::string headed(const std::string& forward, double left) const;
   /// "0.5 * (body.l_foot.x + body.r_foot.x)"
   std::string mean(const std::vector<std::string>& bodies, char axis) const;
 };
@@ -53,6 +58,7 @@ struct RigUse {
   std::string target = {};               ///< group of bodies
   std::vector<std::string> joints = {};  ///< pairs or joints
   double value = 0;                      ///< of what is set exactly
+  bool twists = false;                   ///< it is also to turn about the vertical
 };
 
 struct Rig {
