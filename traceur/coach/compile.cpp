@@ -661,7 +661,9 @@ std::string wholeText(const Script& script, const std::vector<PhaseDraft>& phase
       failures += fmt::format("\n[[failure]]\nname = \"{}\"\nwhen = \"{}\"\nduring = [\"{}\"]\n",
                               renamed(f.name), renamed(f.when), p.name);
     }
-    for (const auto& [name, cost] : p.terms) {
+    for (const auto& term : p.terms) {
+      const std::string& name = term.first;
+      const std::string& cost = term.second;
       const bool of_asked = std::ranges::any_of(
           p.failures, [&](const DraftFailure& f) { return f.asked && f.name == name; });
       if (of_asked) continue;

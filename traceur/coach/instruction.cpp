@@ -566,7 +566,8 @@ class Maker {
   void go(bool two) {
     if (s_.more && !s_.direction && s_.things.empty()) return momentum(true);
     if (two || (s_.vector && s_.things.size() == 1)) return placeNear();
-    s_.number&& isAngle(*s_.number) ? rotate(false) : move({});
+    const bool turned = s_.number && isAngle(*s_.number) && !s_.things.empty();
+    turned ? rotate(false) : move({});
   }
   /// "lean the torso forward": rotates it, unless a distance is said.
   void lean() {
@@ -1093,7 +1094,9 @@ std::vector<std::string> Interpreter::jointsOf(std::string_view words) const {
   }
   // All joints of limbs: "arms" are left_arm and right_arm.
   std::set<std::string> bodies;
-  for (const auto& [limb, chain] : robot.limbs) {
+  for (const auto& entry : robot.limbs) {
+    const std::string& limb = entry.first;
+    const std::vector<std::string>& chain = entry.second;
     const bool fits = std::ranges::any_of(stems, [&](const std::string& s) {
       return limb == (side.empty() ? s : side + "_" + s) ||
              (side.empty() && (limb == "left_" + s || limb == "right_" + s));
