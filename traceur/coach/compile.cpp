@@ -171,12 +171,11 @@ class Compiler {
   // Instructions ---------------------------------------------------------------------------------
   void rig(const char* name, const std::string& shown, RigUse use, Reading& r) {
     r.rigs.push_back(shown);
-    const std::string id = shown;
-    if (draft_.has(id)) return;
+    if (draft_.has(shown)) return;
     use.body = &body_;
     use.phase = &phase_;
     rigNamed(name).add(use, draft_);
-    draft_.rigs.push_back(id);
+    draft_.rigs.push_back(shown);
   }
   void ikRig(Reading& r) {
     rig("IKPose", stands() ? "IKPose<contact, root>" : "IKPose<root, feet>", {}, r);
@@ -324,8 +323,7 @@ class Compiler {
   void balance(Reading& r) {
     rig("FeedbackVirtualForce", "FeedbackVirtualForce<contact, C_bal>", {}, r);
     rig("Stiffness", "Stiffness<legs>", {.joints = body_.leg_joints}, r);
-    std::vector<std::string> squares;
-    for (int a = 0; a < 3; ++a) squares.push_back(speed(a) + "^2");
+    const std::vector<std::string> squares{speed(0) + "^2", speed(1) + "^2", speed(2) + "^2"};
     // Balanced is who is still with the COM well inside the feet.
     const std::string margin =
         measure("margin", "support.margin", "min", ", when = \"phase_time > 1\", otherwise = -1");
@@ -548,6 +546,7 @@ class Compiler {
   }
   static std::vector<std::string> parameterRows(const std::vector<DraftParameter>& parameters) {
     std::vector<std::string> out;
+    out.reserve(parameters.size());
     for (const DraftParameter& p : parameters) {
       out.push_back(fmt::format(
           "{} = {{ unit = \"{}\", range = [{:.6g}, {:.6g}], initial = {:.17g}, help = \"{}\" }}",

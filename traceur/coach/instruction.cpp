@@ -127,7 +127,7 @@ class Scanner {
     if (at_ < text_.size() && text_[at_] == ' ') ++at_;
     if (at_ < text_.size() && isLetter(text_[at_]) && text_[at_] != '-') {
       const bool glued = at_ == mark;
-      const std::string w = word();
+      std::string w = word();
       const bool known = std::ranges::any_of(kUnits, [&](const Unit& u) { return u.name == w; });
       if (known || glued) return w;
     }
@@ -481,30 +481,19 @@ class Maker {
     if (s_.negated && s_.act != Act::kBalance) {
       throw wrong("what is not to be is no instruction: say what should be");
     }
-    if (s_.relation && s_.relation == Relation::kAbove && s_.vector && s_.things.size() == 1) {
-      placeNear();  // "keep the COM over [0.2, 1, 0]"
-    } else if (s_.relation) {
+    const bool over = s_.relation == Relation::kAbove && s_.vector && s_.things.size() == 1;
+    const bool which_way =
+        s_.spins && s_.direction && !s_.share && !turnsPart() && (!s_.act || s_.act == Act::kMove);
+    if (s_.relation && !over) {
       relation();
     } else if (s_.velocity || (s_.act == Act::kSpeed && s_.vector)) {
       speed();
-    } else if (s_.spins && !s_.act && s_.number && isAngle(*s_.number) && !s_.things.empty()) {
-      rotate(true);  // "turn the head by 45 degrees to the left"
-    } else if (s_.spins && !s_.act && s_.share) {
-      turn(*s_.share > 1);  // "halve your spin"
-    } else if (s_.share && !s_.act) {
-      momentum(*s_.share > 1);
-    } else if (s_.spins && (!s_.act || s_.act == Act::kMove) && s_.direction) {
+    } else if (which_way) {
       spinSign();
-    } else if (s_.act) {
-      act();
-    } else if ((s_.vector && s_.things.size() == 1) || (s_.near && bodies().size() == 2)) {
-      placeNear();
-    } else if (s_.direction && !s_.spins) {
-      move({});
-    } else if (s_.spins) {
-      spinSign();
+    } else if (over) {
+      placeNear();  // "keep the COM over [0.2, 1, 0]"
     } else {
-      throw Misunderstanding{1, "what is to be done? Expected a verb, as MOVE or PLACE"};
+      s_.act ? act() : withoutVerb();
     }
     return std::move(out_);
   }
@@ -512,6 +501,19 @@ class Maker {
  private:
   Misunderstanding wrong(const std::string& reason) const { return {s_.act_column, reason}; }
 
+  /// "the head 45 degrees to the left" is turned.
+  bool turnsPart() const {
+    return !s_.act && s_.number && isAngle(*s_.number) && !s_.things.empty();
+  }
+  void withoutVerb() {
+    if (s_.spins && turnsPart()) return rotate(true);
+    if (s_.share) return s_.spins ? turn(*s_.share > 1) : momentum(*s_.share > 1);
+    const bool place = s_.vector && s_.things.size() == 1;
+    if (place || (s_.near && bodies().size() == 2)) return placeNear();
+    if (s_.spins) return spinSign();
+    if (s_.direction) return move({});
+    throw Misunderstanding{1, "what is to be done? Expected a verb, as MOVE or PLACE"};
+  }
   void act() {
     const bool two = bodies().size() == 2 && !s_.relation;
     switch (*s_.act) {
@@ -1097,9 +1099,11 @@ std::vector<std::string> Interpreter::jointsOf(std::string_view words) const {
   for (const auto& entry : robot.limbs) {
     const std::string& limb = entry.first;
     const std::vector<std::string>& chain = entry.second;
+    const auto of_side = [&](const std::string& s, const char* which) {
+      return (side.empty() || side == which) && limb == fmt::format("{}_{}", which, s);
+    };
     const bool fits = std::ranges::any_of(stems, [&](const std::string& s) {
-      return limb == (side.empty() ? s : side + "_" + s) ||
-             (side.empty() && (limb == "left_" + s || limb == "right_" + s));
+      return (side.empty() && limb == s) || of_side(s, "left") || of_side(s, "right");
     });
     if (fits) bodies.insert(chain.begin(), chain.end());
   }

@@ -225,6 +225,7 @@ std::string Body::headed(const std::string& forward, double left) const {
 
 std::string Body::mean(const std::vector<std::string>& bodies, char axis) const {
   std::vector<std::string> terms;
+  terms.reserve(bodies.size());
   for (const std::string& b : bodies) terms.push_back(fmt::format("body.{}.{}", b, axis));
   if (terms.size() == 1) return terms[0];
   return fmt::format("({}) / {}", join(terms, " + "), terms.size());
