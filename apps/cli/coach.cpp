@@ -12,6 +12,7 @@
 #include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/coach/lesson.h"
+#include "traceur/coach/why.h"
 #include "traceur/core/error.h"
 #include "traceur/core/printable.h"
 #include "traceur/core/text.h"
@@ -58,13 +59,17 @@ int showReadings(const CoachArguments& a, const coach::Script& script) {
   return kDone;
 }
 
+/// Of the phase that was not learned.
+std::optional<coach::Why> whyOf(const coach::Lesson& lesson) {
+  const auto& phases = lesson.phases;
+  if (phases.empty() || !phases.back().failed || lesson.interrupted) return {};
+  return coach::why(phases.back(), phases.size() > 1 ? phases[phases.size() - 2].phase : "");
+}
+
 Json toJson(const coach::Lesson& lesson, const coach::Script& script) {
-  Json j{{"script", script.name},
-         {"instructions", script.instructions},
-         {"trials", lesson.trials},
-         {"run", lesson.whole.string()},
-         {"ended", lesson.ended},
-         {"failed", lesson.whole.empty() || lesson.failed}};
+  Json j{{"script", script.name},   {"instructions", script.instructions},
+         {"trials", lesson.trials}, {"run", lesson.whole.string()},
+         {"ended", lesson.ended},   {"failed", lesson.whole.empty() || lesson.failed}};
   for (const coach::PhaseLesson& p : lesson.phases) {
     Json terms;
     for (const practice::Quantity& q : p.terms) terms[q.name] = numberOrNull(q.value);
@@ -77,6 +82,9 @@ Json toJson(const coach::Lesson& lesson, const coach::Script& script) {
                            {"skill", p.skill.string()},
                            {"run", p.run.string()}});
   }
+  if (const auto w = whyOf(lesson)) {
+    j["why"] = {{"what", w->what}, {"often", w->often}, {"phase", w->phase}, {"say", w->say}};
+  }
   return j;
 }
 
@@ -88,6 +96,10 @@ void report(const coach::Lesson& lesson, const coach::Script& script) {
     for (const practice::Quantity& q : p.terms) {
       if (q.name != "failed") print("  {:<34}{:.3g}\n", q.name, q.value);
     }
+  }
+  if (const auto w = whyOf(lesson)) {
+    print("why: {}\n     {}\n", w->what, w->often);
+    if (!w->say.empty()) print("try: \"{}\" in {}\n", w->say, w->phase);
   }
   if (lesson.whole.empty()) return;
   if (lesson.failed) print("all in one: fails: {}\n", lesson.ended);

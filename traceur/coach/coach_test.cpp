@@ -8,6 +8,7 @@
 #include <set>
 
 #include "traceur/coach/lesson.h"
+#include "traceur/coach/why.h"
 #include "traceur/coach/words.h"
 #include "traceur/core/test_folder.h"
 #include "traceur/core/text.h"
@@ -78,7 +79,10 @@ std::vector<Mistake> mistakesOf(const std::string& text) {
   }
   return {};
 }
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+bool says(const std::string& text, const std::string& words) {
+  return text.find(words) != std::string::npos;
+}
+#define EXPECT_SAYS(text, words) EXPECT_PRED2(says, text, words)
 
 TEST(Script, ReadsThePublishedOneWordForWord) {
   const Script s = athlete(kPublished);
@@ -424,6 +428,48 @@ TEST(Lesson, LeavesASkillThatDoesWhatWasPractised) {
   EXPECT_GT(measureOf(last, "speed_z"), 0.3);
 }
 
+/// Faults put in on purpose are named.
+TEST(Why, NamesTheFault) {
+  const TestFolder folder;
+  const auto whyOf = [&](const std::string& name, const std::string& lines) {
+    const Lesson l = practise(athlete(lines), folder / name, {.budget = 8});
+    return l.phases.back().failed ? why(l.phases.back(), "") : Why{"learned", "", "", ""};
+  };
+  // The key pose sits back over nothing.
+  EXPECT_SAYS(whyOf("back", "Leaning: POSE crouch, hips 30 deg, ankles -30 deg; BALANCE").what,
+              "backward");
+  // Who crouches has the head ahead.
+  EXPECT_SAYS(whyOf("head", "Leaning: POSE crouch; UNTIL 0.4 s; head BEHIND root").what,
+              "\"head BEHIND root\" does not hold at the end");
+}
+
+TEST(Why, AdvisesByWhatWasSeen) {
+  PhaseLesson l;
+  l.phase = "landing";
+  l.ended = "touches";
+  l.time = 0.2;
+  l.measures = {
+      {"why_trunk", 85 * kDegree, "rad"}, {"why_on_hands", 2, ""}, {"why_on_trunk", 0, ""}};
+  const Why folded = why(l, "airborne");
+  EXPECT_EQ(folded.what, "hands touch 0.20 s into landing, the trunk leaning 85 deg forward");
+  EXPECT_EQ(folded.phase, "airborne");
+  EXPECT_EQ(folded.say, "head ABOVE root");
+  l.measures[0].value = 0.2;
+  EXPECT_EQ(why(l, "airborne").phase, "landing");
+  l.ended = "hops";
+  l.measures.push_back({"why_lead", -0.15, "m"});
+  EXPECT_EQ(why(l, "airborne").what,
+            "a foot comes off or slides 0.20 s into landing, the COM 0.15 m behind the feet");
+  // Whatever is advised can be said.
+  for (const char* ended : {"touches", "hops", "falls_backward", "falls_forward", "late"}) {
+    for (const char* phase : {"leaning", "thrusting", "airborne", "landing"}) {
+      l.ended = ended;
+      l.phase = phase;
+      EXPECT_FALSE(understood(why(l, "leaning").say).means.empty());
+    }
+  }
+}
+
 TEST(Lesson, StopsAtAPhaseThatFails) {
   const TestFolder folder;
   // Nothing makes it leave the ground.
@@ -433,6 +479,11 @@ TEST(Lesson, StopsAtAPhaseThatFails) {
   ASSERT_EQ(l.phases.size(), 1U);
   EXPECT_TRUE(l.phases[0].failed);
   EXPECT_EQ(l.phases[0].ended, "late");
+  const Why w = why(l.phases[0], "");
+  EXPECT_SAYS(w.what, "leaning never ends: after 1.5 s, the COM");
+  EXPECT_SAYS(w.often, "8 of 8 trials failed: 8 late");
+  EXPECT_EQ(w.phase, "leaning");
+  EXPECT_EQ(understood(w.say).form, Form::kMove) << "what it advises can be said";
 }
 
 }  // namespace

@@ -45,6 +45,7 @@ class Compiler {
 
   CompiledPhase compile(const std::filesystem::path& previous) {
     ending();
+    whereItEnds();
     for (const Instruction& i : phase_.instructions) instruct(i);
     finish();
     PhaseDraft draft{name_, draft_, phaseText(), failures_, terms_};
@@ -154,6 +155,25 @@ class Compiler {
       return foot;
     }
     return {sole};
+  }
+  /// What `why` tells a person of a trial's ending.
+  void whereItEnds() {
+    measure("why_trunk", "somersault.root");
+    measure("why_lead", "com.forward - body.feet.forward");
+    for (const auto& [group, bodies] : script_.model->robot()->bodies) {
+      const bool within =
+          group == "hands" || group == "forearms" || group == "trunk" || group == "head";
+      if (within && group != phase_.bears)
+        measure("why_on_" + group, fmt::format("contact.{}", group));
+    }
+    std::vector<std::string> knees;
+    for (const auto& [limb, chain] : script_.model->robot()->limbs) {
+      for (size_t i = 0; i < chain.size(); ++i) {
+        if (std::ranges::find(body_.soles, chain[i]) == body_.soles.end()) continue;
+        for (size_t k = 0; k < i; ++k) knees.push_back("contact." + chain[k]);
+      }
+    }
+    measure("why_on_legs", join(knees, " + "));
   }
   void fails(const std::string& name, const std::string& when) {
     failures_.push_back({name, when});

@@ -38,6 +38,19 @@ Before measured(const std::string& text, const fs::path& file) {
   return before;
 }
 
+/// How many trials of a run violated each constraint.
+std::vector<std::pair<std::string, int>> failuresIn(const fs::path& file) {
+  const practice::Run run = practice::Run::open(file);
+  std::vector<std::pair<std::string, int>> counts;
+  for (const std::string& name : run.meta().constraints) counts.emplace_back(name, 0);
+  for (const optim::Trial& t : run.trials()) {
+    for (size_t i = 0; i < counts.size() && i < t.evaluation.violated.size(); ++i) {
+      counts[i].second += t.evaluation.violated[i] ? 1 : 0;
+    }
+  }
+  return counts;
+}
+
 void perform(const Script& script, const fs::path& folder, const std::vector<PhaseDraft>& drafts,
              Lesson& lesson) {
   std::vector<Eigen::VectorXd> learned;
@@ -104,8 +117,11 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     if (learned.best) {
       p.cost = learned.best->cost;
       p.ended = learned.best->ended;
+      p.time = learned.best->time;
       p.terms = practice::objectivesOf(*skill, *learned.best);
+      p.measures = practice::measuresOf(*skill, *learned.best);
     }
+    if (p.failed) p.failures = failuresIn(p.run);
     lesson.phases.push_back(p);
     if (lesson.interrupted || p.failed) return lesson;
     previous = p.run.filename();

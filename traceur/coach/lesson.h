@@ -6,6 +6,7 @@
 #include <functional>
 #include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "traceur/coach/compile.h"
@@ -35,7 +36,9 @@ struct PhaseLesson {
   double cost = 0;
   std::string ended;  ///< how the best trial ended
   bool failed = false;
-  std::vector<practice::Quantity> terms;
+  double time = 0;                                    ///< when [s]
+  std::vector<practice::Quantity> terms, measures;    ///< of the best trial
+  std::vector<std::pair<std::string, int>> failures;  ///< how many trials failed so
 };
 
 struct Lesson {
