@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# traceur coach: what it tells, what it refuses, and that a second run goes on.
+# usage: coach.sh TRACEUR
+set -u
+traceur=$(realpath "$1")
+dir=$(mktemp -d)
+trap 'rm -rf "$dir"' EXIT
+failures=0
+complain() { echo "$1"; failures=$((failures + 1)); }
+
+"$traceur" coach skills/athlete/precision-jump.coach --readings >"$dir/text" || complain "readings: exit $?"
+grep -q "FeedbackVirtualForce<contact, C_bal>" "$dir/text" || complain "readings: BALANCE has no rig"
+"$traceur" coach skills/athlete/precision-jump.coach --readings --json | python3 -c '
+import json, sys
+j = json.load(sys.stdin)
+assert len(j["instructions"]) == 17, "14, and the one of all phases three times more"' ||
+  complain "readings --json: not what it should be"
+
+printf 'Robot: athlete\nLeaning:\n  MOVE downwrad BY 0.1m\n  FLEX elbows BY 20\n' >"$dir/wrong.coach"
+"$traceur" coach "$dir/wrong.coach" --out "$dir/no" 2>"$dir/text"
+[ $? -eq 2 ] || complain "a wrong script: another exit code"
+grep -q 'wrong.coach:3:8: "downwrad" is no word known here. Did you mean "downward"?' "$dir/text" ||
+  complain "a wrong word: $(cat "$dir/text")"
+grep -q 'wrong.coach:4:18: 20 of what unit?' "$dir/text" || complain "no unit: $(cat "$dir/text")"
+[ -e "$dir/no" ] && complain "a wrong script left a folder"
+"$traceur" coach "$dir/nothing.coach" 2>"$dir/text" && complain "a missing script passes"
+grep -q "nothing.coach" "$dir/text" || complain "a missing script is not named"
+
+printf 'Robot: athlete\nLeaning:\n  POSE lean\n  UNTIL 0.2 s\n  lower your body a bit\n' >"$dir/sink.coach"
+"$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/out" --json 2>"$dir/text" | python3 -c '
+import json, sys
+j = json.load(sys.stdin)
+assert j["instructions"] == 1 and not j["failed"] and j["trials"] > 0, j' || complain "sink: $(cat "$dir/text")"
+"$traceur" show "$dir/out/sink.run" >/dev/null || complain "the whole cannot be shown"
+"$traceur" try "$dir/out/sink.toml" >/dev/null || complain "the whole cannot be tried"
+"$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/out" 2>"$dir/text" && complain "a second run writes over it"
+grep -q -- "--resume" "$dir/text" || complain "a second run is not told of --resume"
+"$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/out" --resume --quiet || complain "resume: exit $?"
+
+printf 'Robot: athlete\nLeaning:\n  POSE stand\n  UNTIL feet leave\n' >"$dir/stuck.coach"
+"$traceur" coach "$dir/stuck.coach" --budget 2 --out "$dir/stuck" >"$dir/text" 2>/dev/null
+[ $? -eq 3 ] || complain "a phase that is not learned: another exit code"
+grep -q "^why: leaning never ends" "$dir/text" || complain "no why: $(cat "$dir/text")"
+
+exit $((failures > 0))
