@@ -644,7 +644,7 @@ TEST(SkillFile, RobotsAreFoundByPathOrName) {
     FAIL() << "found";
   } catch (const InputError& e) {
     const std::string said = e.what();  // each once, in order
-    EXPECT_NE(said.find("one of: ant, atlas, bioloid-gp, human, mole, odd, zebra. "
+    EXPECT_NE(said.find("one of: ant, athlete, atlas, bioloid-gp, human, mole, odd, zebra. "
                         "Did you mean \"mole\"?"),
               std::string::npos)
         << said;
