@@ -428,6 +428,27 @@ TEST(Lesson, LeavesASkillThatDoesWhatWasPractised) {
   EXPECT_GT(measureOf(last, "speed_z"), 0.3);
 }
 
+/// What was found and what failed before an instruction is where practice begins after it.
+TEST(Lesson, GoesOnFromWhatWasFoundWhenTheScriptChanges) {
+  const TestFolder folder;
+  LessonOptions o{.seed = 3, .budget = 8, .threads = 2};
+  const Lesson before = practise(athlete(kHop), folder / "l", o);
+  o.resume = true;
+  const Lesson after = practise(
+      athlete(std::string(kHop) + "SPEEDUP 110%; FLEX elbows BY 30 deg\n"), folder / "l", o);
+  ASSERT_FALSE(after.whole.empty());
+  EXPECT_EQ(after.phases[0].trials, before.phases[0].trials) << "leaning was not touched";
+  const practice::Run run = practice::Run::open(after.phases[1].run);
+  const std::string aside = (folder / "l" / "2-thrusting.before.run").string();
+  EXPECT_EQ(run.meta().search.from, aside);
+  EXPECT_EQ(run.meta().search.experience, aside);
+  EXPECT_FALSE(after.failed) << after.ended;
+  // A phase before it that changes: all after it are practised anew.
+  const Lesson again =
+      practise(athlete("Leaning: FLEX elbows BY 10 deg" + std::string(kHop)), folder / "l", o);
+  EXPECT_EQ(practice::Run::open(again.phases[1].run).meta().search.from, aside);
+}
+
 /// Faults put in on purpose are named.
 TEST(Why, NamesTheFault) {
   const TestFolder folder;

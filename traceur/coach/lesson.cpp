@@ -51,6 +51,47 @@ std::vector<std::pair<std::string, int>> failuresIn(const fs::path& file) {
   return counts;
 }
 
+/// What is there of a phase that is practised once more.
+struct Earlier {
+  int trials = 0;                ///< of the same search, which goes on
+  std::string experience, from;  ///< runs of the phase as it was
+};
+
+/// A run of another text, or of another beginning, is moved aside.
+/// @param moved_on  a phase before it ends elsewhere now
+/// @param changed   … because its text has; and whether one has, this phase's included
+Earlier keepEarlier(const fs::path& run, const skill::Skill& skill, bool moved_on, bool& changed) {
+  const fs::path aside = fs::path(run).replace_extension(".before.run");
+  if (!fs::exists(run)) return {};
+  const auto teaches = [&](const practice::Run& r) {
+    std::vector<std::string> constraints;
+    for (const skill::Failure& f : skill.failures) constraints.push_back(f.name);
+    const auto same = [](const ParamSpec& a, const ParamSpec& b) {
+      return a.name == b.name && a.min == b.min && a.max == b.max;
+    };
+    return std::ranges::equal(r.meta().parameters, skill.parameters, same) &&
+           r.meta().constraints == constraints;
+  };
+  bool found = false;
+  bool same_search = false;
+  {
+    const practice::Run r = practice::Run::open(run);
+    const auto& meta = r.meta();
+    const bool same_text = meta.skill && meta.skill->text == skill.text;
+    changed = changed || (!moved_on && !same_text);
+    if (!moved_on && same_text) {
+      return {r.progress().evaluations, meta.search.experience, meta.search.from};
+    }
+    found = r.outcome() && r.progress().best.has_value();
+    same_search = teaches(r);
+  }
+  for (const char* tail : {"", "-wal", "-shm"}) fs::remove(aside.string() + tail);
+  fs::rename(run, aside);
+  // Only practised further, it comes to what it would have come to at once.
+  if (!found || !changed) return {};
+  return {0, same_search ? aside.string() : "", aside.string()};
+}
+
 void perform(const Script& script, const fs::path& folder, const std::vector<PhaseDraft>& drafts,
              Lesson& lesson) {
   std::vector<Eigen::VectorXd> learned;
@@ -78,6 +119,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
   Lesson lesson;
   fs::path previous;
   std::vector<PhaseDraft> drafts;
+  bool changed = false;   // the script has, since the folder's runs
   bool moved_on = false;  // a phase has been practised further: those after it begin elsewhere
   for (size_t k = 0; k < script.phases.size(); ++k) {
     PhaseLesson p;
@@ -91,16 +133,16 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     drafts.push_back(compiled.draft);
     write(p.skill, compiled.text);
     const auto skill = skill::Skill::fromText(compiled.text, p.skill);
-    const int before_trials = options.resume && !moved_on && fs::exists(p.run)
-                                  ? practice::Run::open(p.run).progress().evaluations
-                                  : 0;
-    if (options.resume && moved_on) fs::remove(p.run);
+    const Earlier earlier =
+        options.resume ? keepEarlier(p.run, *skill, moved_on, changed) : Earlier{};
     const practice::SearchOptions search{
         .seed = options.seed + k,
         .budget = options.budget * static_cast<int>(skill->parameters.size()),
         .optimiser = "cma-c",
         .population = kPopulation,
-        .step_size = kStep};
+        .step_size = kStep,
+        .experience = earlier.experience,
+        .from = earlier.from};
     const practice::Learned learned =
         practice::learn(skill, 0, search, p.run, options.resume,
                         {.threads = options.threads,
@@ -111,7 +153,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
                          }});
     p.trials = learned.summary.progress.evaluations;
     lesson.trials += p.trials;
-    moved_on = moved_on || p.trials > before_trials;
+    moved_on = moved_on || p.trials > earlier.trials;
     lesson.interrupted = learned.summary.end == optim::End::kInterrupted;
     p.failed = !learned.best || learned.best->failed();
     if (learned.best) {

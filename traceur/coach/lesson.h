@@ -51,6 +51,10 @@ struct Lesson {
 };
 
 /// Practises a script into a folder: for each phase a skill file and a run, then one of them all.
+/// With resume, what the folder has of a phase goes on. A phase that the script has changed is
+/// practised anew from what was found before, which is kept beside it as "1-leaning.before.run":
+/// its failures teach where not to try, where both have the same parameters and ways to fail. So
+/// are those after it.
 /// Equal scripts and seeds give equal bits for any number of threads, and after a resume.
 /// @throws InputError for what cannot be compiled, and as practice::learn
 Lesson practise(const Script& script, const std::filesystem::path& folder,
