@@ -1,14 +1,17 @@
 // traceur coach: teach a skill in words.
 #include <fmt/format.h>
 
+#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/cli/arguments.h"
+#include "apps/cli/coach_session.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/output.h"
 #include "apps/cli/performance.h"
+#include "apps/cli/pictures.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
 #include "traceur/coach/lesson.h"
@@ -27,6 +30,7 @@ struct CoachArguments {
   std::string out;
   coach::LessonOptions options;
   bool readings = false;
+  bool session = false;
   bool quiet = false;
   bool json = false;
 };
@@ -116,22 +120,40 @@ int coachScript(const CoachArguments& a) {
   }
   if (a.readings) return showReadings(a, script);
   coach::LessonOptions options = a.options;
-  options.stop = interrupt.token();
   const std::string folder =
       a.out.empty() ? fmt::format("runs/{}-seed{}", fileNamePart(script.name), options.seed)
                     : a.out;
-  std::optional<SearchLine> line;
-  std::string shown;
-  options.on_progress = [&](const std::string& phase, int budget, const optim::Progress& p) {
-    if (phase != shown) {
-      if (line) line->end();
-      line.emplace(phase, budget, false, a.quiet || a.json);
-      shown = phase;
-    }
-    line->show(p, {});
+  const auto practise = [&](const coach::Script& now) {
+    std::optional<SearchLine> line;
+    std::string shown;
+    options.on_progress = [&](const std::string& phase, int budget, const optim::Progress& p) {
+      if (phase != shown) {
+        if (line) line->end();
+        line.emplace(phase, budget, false, a.quiet || a.json);
+        shown = phase;
+      }
+      line->show(p, {});
+    };
+    options.stop = interrupt.token();
+    coach::Lesson lesson = coach::practise(now, folder, options);
+    interrupt.release();  // at a prompt Ctrl-C ends the program
+    if (line) line->end();
+    return lesson;
   };
-  const coach::Lesson lesson = coach::practise(script, folder, options);
-  if (line) line->end();
+  if (a.session) {
+    options.resume = true;
+    const SessionHooks hooks{
+        .practise = practise,
+        .report = [](const auto& lesson, const auto& now) { report(lesson, now); },
+        .draw =
+            [&](const coach::Lesson& lesson) {
+              const std::string strip = fmt::format("{}/strip.png", folder);
+              draw(practice::Run::open(lesson.whole).recording(), strip, {}, interrupt, true);
+              print("  film strip {}\n", strip);
+            }};
+    return runSession(script, folder, std::cin, hooks);
+  }
+  const coach::Lesson lesson = practise(script);
   if (a.json) {
     printJson(toJson(lesson, script));
   } else if (!a.quiet) {
@@ -164,12 +186,16 @@ void addCoach(CLI::App& program, int& exit_code) {
   verb->add_flag("--resume", a->options.resume, "Go on with what is in the folder");
   verb->add_flag("--readings", a->readings,
                  "Only say what each instruction is understood as, and what it adds");
+  verb->add_flag("--session", a->session,
+                 "Go on in the folder with a prompt: type an instruction, see what comes of it")
+      ->excludes("--readings");
   verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
   verb->add_flag("--json", a->json, "Print one JSON object at the end");
   verb->footer(
       "Examples:\n"
       "  traceur coach skills/athlete/precision-jump.coach\n"
       "  traceur coach skills/athlete/precision-jump.coach --readings\n"
+      "  traceur coach skills/athlete/precision-jump.coach --session\n"
       "Exit code: 0 done, 1 failed, 2 wrong use, 3 a phase was not learned, 130 stopped by "
       "Ctrl-C.");
   verb->callback([a, &exit_code] { exit_code = coachScript(*a); });

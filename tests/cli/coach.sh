@@ -37,6 +37,19 @@ assert j["instructions"] == 1 and not j["failed"] and j["trials"] > 0, j' || com
 grep -q -- "--resume" "$dir/text" || complain "a second run is not told of --resume"
 "$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/out" --resume --quiet || complain "resume: exit $?"
 
+# A session: an instruction changes the script, one that is not understood does not, undo takes it back.
+hash() { "$traceur" show "$dir/s/sink.run" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["hash"])'; }
+session() { "$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/s" --session 2>/dev/null; }
+printf 'show\nquit\n' | session >"$dir/text" || complain "session: exit $?"
+grep -q "^  lower your body a bit$" "$dir/text" || complain "session: show does not show the script"
+before=$(hash)
+printf 'leaning: bend your elbows to 60 degrees\nflap your wings\nsave %s\nundo\nquit\n' "$dir/saved.coach" |
+  session >"$dir/text" || complain "session: exit $?"
+grep -q "understood: FLEX elbows BY 60 deg" "$dir/text" || complain "session: $(cat "$dir/text")"
+grep -q "^  bend your elbows to 60 degrees$" "$dir/saved.coach" || complain "session: saved another script"
+grep -q "wings" "$dir/saved.coach" && complain "session: keeps what it did not understand"
+[ "$(hash)" = "$before" ] || complain "session: undo did not bring back what was"
+
 printf 'Robot: athlete\nLeaning:\n  POSE stand\n  UNTIL feet leave\n' >"$dir/stuck.coach"
 "$traceur" coach "$dir/stuck.coach" --budget 2 --out "$dir/stuck" >"$dir/text" 2>/dev/null
 [ $? -eq 3 ] || complain "a phase that is not learned: another exit code"

@@ -425,4 +425,27 @@ Script Script::fromFile(const std::filesystem::path& file) {
   return fromText(readFile(file), file);
 }
 
+std::string withLine(const std::string& text, const std::string& phase, const std::string& line) {
+  std::vector<std::string> lines = split(text, '\n');
+  std::vector<std::string> headings;
+  std::optional<size_t> last;  // of the phase's lines
+  bool inside = false;
+  for (size_t i = 0; i < lines.size(); ++i) {
+    const std::string code = lines[i].substr(0, lines[i].find('#'));
+    const size_t colon = code.find(':');
+    if (colon != std::string::npos) {
+      const std::string heading = lowered(trimmed({code.substr(0, colon)}).text);
+      headings.push_back(heading);
+      inside = heading == lowered(phase);
+    }
+    if (inside && !trimmed({code}).text.empty()) last = i;
+  }
+  if (!last) {
+    throw InputError(
+        fmt::format("the script has no \"{}:\"{}", phase, didYouMean(phase, headings)));
+  }
+  lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(*last) + 1, "  " + line);
+  return join(lines, "\n");
+}
+
 }  // namespace traceur::coach

@@ -97,4 +97,8 @@ struct Script {
   static Script fromFile(const std::filesystem::path& file);
 };
 
+/// A script's text with one line more at the end of a phase's lines.
+/// @throws InputError for a phase that the script has not
+std::string withLine(const std::string& text, const std::string& phase, const std::string& line);
+
 }  // namespace traceur::coach

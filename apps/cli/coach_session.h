@@ -1,0 +1,26 @@
+// traceur coach --session: an instruction, a search, a film strip, and the next one.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+
+#include "traceur/coach/lesson.h"
+
+namespace traceur::cli {
+
+/// What a session does with a script that has changed.
+struct SessionHooks {
+  std::function<coach::Lesson(const coach::Script&)> practise;
+  std::function<void(const coach::Lesson&, const coach::Script&)> report;
+  std::function<void(const coach::Lesson&)> draw;
+};
+
+/// Reads lines until their end or "quit": an instruction, with its phase before it or for the phase
+/// that was named last, or a command. What is not understood changes nothing.
+/// @param script  as it begins; its text is kept in `folder` as it changes
+/// @return exit code
+int runSession(const coach::Script& script, const std::filesystem::path& folder, std::istream& in,
+               const SessionHooks& hooks);
+
+}  // namespace traceur::cli
