@@ -27,19 +27,19 @@ grep -q 'wrong.coach:4:18: 20 of what unit?' "$dir/text" || complain "no unit: $
 grep -q "nothing.coach" "$dir/text" || complain "a missing script is not named"
 
 printf 'Robot: athlete\nLeaning:\n  POSE lean\n  UNTIL 0.2 s\n  lower your body a bit\n' >"$dir/sink.coach"
-"$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/out" --json 2>"$dir/text" | python3 -c '
+"$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/out" --json 2>"$dir/text" | python3 -c '
 import json, sys
 j = json.load(sys.stdin)
 assert j["instructions"] == 1 and not j["failed"] and j["trials"] > 0, j' || complain "sink: $(cat "$dir/text")"
 "$traceur" show "$dir/out/sink.run" >/dev/null || complain "the whole cannot be shown"
 "$traceur" try "$dir/out/sink.toml" >/dev/null || complain "the whole cannot be tried"
-"$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/out" 2>"$dir/text" && complain "a second run writes over it"
+"$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/out" 2>"$dir/text" && complain "a second run writes over it"
 grep -q -- "--resume" "$dir/text" || complain "a second run is not told of --resume"
-"$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/out" --resume --quiet || complain "resume: exit $?"
+"$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/out" --resume --quiet || complain "resume: exit $?"
 
 # A session: an instruction changes the script, one that is not understood does not, undo takes it back.
 hash() { "$traceur" show "$dir/s/sink.run" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["hash"])'; }
-session() { "$traceur" coach "$dir/sink.coach" --budget 4 --out "$dir/s" --session 2>/dev/null; }
+session() { "$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/s" --session 2>/dev/null; }
 printf 'show\nquit\n' | session >"$dir/text" || complain "session: exit $?"
 grep -q "^  lower your body a bit$" "$dir/text" || complain "session: show does not show the script"
 before=$(hash)

@@ -312,7 +312,7 @@ TEST_P(EveryRig, AddsSkillTextWhoseNumbersMoveTheBody) {
     ASSERT_NE(line, instruction.end()) << "say here which instruction adds it";
     const Script with = athlete(std::string(phase) + ": POSE lean; " + line->second);
     const Script without = athlete(std::string(phase) + ": POSE lean");
-    const auto hashOf = [](const Script& s, int parameter) {
+    const auto hash_of = [](const Script& s, int parameter) {
       const auto skill = skill::Skill::fromText(compilePhase(s, 0, {}, {}).text, "models/try.toml");
       Eigen::VectorXd x = skill->initialParameters();
       if (parameter >= 0) {
@@ -321,16 +321,16 @@ TEST_P(EveryRig, AddsSkillTextWhoseNumbersMoveTheBody) {
       }
       return std::pair(skill::Runner(skill).run(x, 0).hash, skill->parameters.size());
     };
-    const auto [hash, parameters] = hashOf(with, -1);
-    EXPECT_EQ(hash, hashOf(with, -1).first);
+    const auto [hash, parameters] = hash_of(with, -1);
+    EXPECT_EQ(hash, hash_of(with, -1).first);
     const bool pushes = GetParam().name == "VirtualForce";  // at first with nothing
     if (!pushes) {
-      EXPECT_NE(hash, hashOf(without, -1).first);
+      EXPECT_NE(hash, hash_of(without, -1).first);
     }
     const bool searched =
         GetParam().parameters.substr(0, 4) != "none" || GetParam().name == "FeedbackVirtualForce";
     for (size_t i = 0; searched && i < parameters; ++i) {
-      EXPECT_NE(hashOf(with, static_cast<int>(i)).first, hash) << phase << " " << i;
+      EXPECT_NE(hash_of(with, static_cast<int>(i)).first, hash) << phase << " " << i;
     }
   }
 }
@@ -398,8 +398,8 @@ TEST(Lesson, LeavesASkillThatDoesWhatWasPractised) {
   EXPECT_FALSE(two.failed) << two.ended;
   o.threads = 1;
   const Lesson one = practise(s, folder / "one", o);
-  const auto hashOf = [](const Lesson& l) { return practice::Run::open(l.whole).outcome()->hash; };
-  EXPECT_EQ(hashOf(one), hashOf(two));
+  const auto hash_of = [](const Lesson& l) { return practice::Run::open(l.whole).outcome()->hash; };
+  EXPECT_EQ(hash_of(one), hash_of(two));
   // Stopped in the second phase, and again, with more trials, in the first.
   std::stop_source stop;
   LessonOptions stopped = o;
@@ -409,23 +409,23 @@ TEST(Lesson, LeavesASkillThatDoesWhatWasPractised) {
   };
   EXPECT_TRUE(practise(s, folder / "three", stopped).interrupted);
   o.resume = true;
-  EXPECT_EQ(hashOf(practise(s, folder / "three", o)), hashOf(two));
+  EXPECT_EQ(hash_of(practise(s, folder / "three", o)), hash_of(two));
   o.budget = 4;
   practise(s, folder / "four", o);
   o.budget = 8;
-  EXPECT_EQ(hashOf(practise(s, folder / "four", o)), hashOf(two));
+  EXPECT_EQ(hash_of(practise(s, folder / "four", o)), hash_of(two));
   // The whole moves as the phases did one after another.
   const auto whole = practice::learnedSkill(practice::Run::open(two.whole));
   const auto last = practice::learnedSkill(practice::Run::open(two.phases[1].run));
-  const auto measureOf = [](const practice::LearnedSkill& l, const std::string& name) {
+  const auto measure_of = [](const practice::LearnedSkill& l, const std::string& name) {
     const skill::Rollout r = l.perform();
     for (size_t i = 0; i < l.skill->measures.size(); ++i) {
       if (l.skill->measures[i].name == name) return r.measures[i];
     }
     return std::nan("");
   };
-  EXPECT_NEAR(measureOf(whole, "thrusting_speed_z"), measureOf(last, "speed_z"), 0.05);
-  EXPECT_GT(measureOf(last, "speed_z"), 0.3);
+  EXPECT_NEAR(measure_of(whole, "thrusting_speed_z"), measure_of(last, "speed_z"), 0.05);
+  EXPECT_GT(measure_of(last, "speed_z"), 0.3);
 }
 
 /// What was found and what failed before an instruction is where practice begins after it.
@@ -452,15 +452,15 @@ TEST(Lesson, GoesOnFromWhatWasFoundWhenTheScriptChanges) {
 /// Faults put in on purpose are named.
 TEST(Why, NamesTheFault) {
   const TestFolder folder;
-  const auto whyOf = [&](const std::string& name, const std::string& lines) {
+  const auto why_of = [&](const std::string& name, const std::string& lines) {
     const Lesson l = practise(athlete(lines), folder / name, {.budget = 8});
     return l.phases.back().failed ? why(l.phases.back(), "") : Why{"learned", "", "", ""};
   };
   // The key pose sits back over nothing.
-  EXPECT_SAYS(whyOf("back", "Leaning: POSE crouch, hips 30 deg, ankles -30 deg; BALANCE").what,
+  EXPECT_SAYS(why_of("back", "Leaning: POSE crouch, hips 30 deg, ankles -30 deg; BALANCE").what,
               "backward");
   // Who crouches has the head ahead.
-  EXPECT_SAYS(whyOf("head", "Leaning: POSE crouch; UNTIL 0.4 s; head BEHIND root").what,
+  EXPECT_SAYS(why_of("head", "Leaning: POSE crouch; UNTIL 0.4 s; head BEHIND root").what,
               "\"head BEHIND root\" does not hold at the end");
 }
 
