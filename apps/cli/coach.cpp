@@ -148,7 +148,8 @@ int coachScript(const CoachArguments& a) {
         .draw =
             [&](const coach::Lesson& lesson) {
               const std::string strip = fmt::format("{}/strip.png", folder);
-              draw(practice::Run::open(lesson.whole).recording(), strip, {}, interrupt, true);
+              draw(practice::Run::open(lesson.whole).recording(), strip, {.size = {300, 300}},
+                   interrupt, true);
               print("  film strip {}\n", strip);
             }};
     return runSession(script, folder, std::cin, hooks);

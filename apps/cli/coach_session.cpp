@@ -81,7 +81,7 @@ class Session {
     }
     at_ = by < 0 ? at_ - 1 : at_ + 1;
     restore();
-    practise(read());  // all of it is there
+    practise(read(), false);  // all of it is there, and so is its film strip
   }
   /// What the folder held after the instruction that is the last one now.
   fs::path history() const { return folder_ / "history" / std::to_string(at_); }
@@ -135,14 +135,14 @@ class Session {
     std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
     return text;
   }
-  void practise(const coach::Script& script) {
+  void practise(const coach::Script& script, bool draws = true) {
     lesson_ = hooks_.practise(script);
     PendingFile out(folder_ / "script.coach");
     out.write(script.text);
     out.commit();
-    copyFiles(folder_, history());
     hooks_.report(lesson_, script);
-    if (!lesson_.whole.empty()) hooks_.draw(lesson_);
+    if (draws && !lesson_.whole.empty()) hooks_.draw(lesson_);
+    copyFiles(folder_, history());
   }
 
   const SessionHooks& hooks_;

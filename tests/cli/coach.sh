@@ -38,17 +38,17 @@ grep -q -- "--resume" "$dir/text" || complain "a second run is not told of --res
 "$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/out" --resume --quiet || complain "resume: exit $?"
 
 # A session: an instruction changes the script, one that is not understood does not, undo takes it back.
-hash() { "$traceur" show "$dir/s/sink.run" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["hash"])'; }
-session() { "$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/s" --session 2>/dev/null; }
-printf 'show\nquit\n' | session >"$dir/text" || complain "session: exit $?"
-grep -q "^  lower your body a bit$" "$dir/text" || complain "session: show does not show the script"
-before=$(hash)
-printf 'leaning: bend your elbows to 60 degrees\nflap your wings\nsave %s\nundo\nquit\n' "$dir/saved.coach" |
-  session >"$dir/text" || complain "session: exit $?"
+hash_of() { "$traceur" show "$1" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["hash"])'; }
+printf 'show\nleaning: bend your elbows to 60 degrees\nflap your wings\nsave %s\nundo\nquit\n' "$dir/saved.coach" |
+  "$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/s" --session >"$dir/text" 2>/dev/null ||
+  complain "session: exit $?"
+grep -q "^> Robot: athlete$" "$dir/text" || complain "session: show does not show the script"
 grep -q "understood: FLEX elbows BY 60 deg" "$dir/text" || complain "session: $(cat "$dir/text")"
+[ -s "$dir/s/strip.png" ] || complain "session: no film strip"
 grep -q "^  bend your elbows to 60 degrees$" "$dir/saved.coach" || complain "session: saved another script"
 grep -q "wings" "$dir/saved.coach" && complain "session: keeps what it did not understand"
-[ "$(hash)" = "$before" ] || complain "session: undo did not bring back what was"
+[ "$(hash_of "$dir/s/sink.run")" = "$(hash_of "$dir/out/sink.run")" ] ||
+  complain "session: undo did not bring back what was"
 
 printf 'Robot: athlete\nLeaning:\n  POSE stand\n  UNTIL feet leave\n' >"$dir/stuck.coach"
 "$traceur" coach "$dir/stuck.coach" --budget 2 --out "$dir/stuck" >"$dir/text" 2>/dev/null
