@@ -119,6 +119,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
   Lesson lesson;
   fs::path previous;
   std::vector<PhaseDraft> drafts;
+  int spare = 0;          // trials that phases did without: the last may have them
   bool changed = false;   // the script has, since the folder's runs
   bool moved_on = false;  // a phase has been practised further: those after it begin elsewhere
   for (size_t k = 0; k < script.phases.size(); ++k) {
@@ -137,7 +138,8 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
         options.resume ? keepEarlier(p.run, *skill, moved_on, changed) : Earlier{};
     const practice::SearchOptions search{
         .seed = options.seed + k,
-        .budget = options.budget * static_cast<int>(skill->parameters.size()),
+        .budget = options.budget * static_cast<int>(skill->parameters.size()) +
+                  (k + 1 == script.phases.size() ? spare : 0),
         .optimiser = "cma-c",
         .population = kPopulation,
         .step_size = kStep,
@@ -153,6 +155,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
                          }});
     p.trials = learned.summary.progress.evaluations;
     lesson.trials += p.trials;
+    spare += std::max(0, search.budget - p.trials);
     moved_on = moved_on || p.trials > earlier.trials;
     lesson.interrupted = learned.summary.end == optim::End::kInterrupted;
     p.failed = !learned.best || learned.best->failed();
