@@ -220,9 +220,10 @@ TEST(Instruction, MeansWhatItSaysItMeans) {
   }
 }
 
-/// Three hundred sentences of people who did not know the grammar: most are understood, and none
-/// as another form than was meant. Rows: sentence, what was meant, which of the twelve forms.
-TEST(Instruction, UnderstandsWhatPeopleWrote) {
+/// Three hundred sentences, written by language models that had not seen the grammar: most are
+/// understood, and none as another form than was meant. Rows: sentence, what was meant, which of
+/// the twelve forms.
+TEST(Instruction, UnderstandsWhatWasWrittenWithoutTheGrammar) {
   static constexpr std::pair<const char*, int> kFiles[] = {{"a", 100}, {"b", 97}, {"c", 91}};
   for (const auto& [file, least] : kFiles) {
     std::ifstream in(std::string("tests/coach/paraphrases-") + file + ".tsv");
