@@ -192,7 +192,12 @@ void addCoach(CLI::App& program, int& exit_code) {
       ->excludes("--readings");
   verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
   verb->add_flag("--json", a->json, "Print one JSON object at the end");
+  std::string phases = "Phases:\n";
+  for (const coach::PhaseKind& k : coach::phaseKinds()) {
+    phases += fmt::format("  {:<16}{}\n", k.name, k.help);
+  }
   verb->footer(
+      phases +
       "Examples:\n"
       "  traceur coach skills/athlete/precision-jump.coach\n"
       "  traceur coach skills/athlete/precision-jump.coach --readings\n"

@@ -89,11 +89,11 @@ TEST(Script, ReadsThePublishedOneWordForWord) {
   EXPECT_EQ(s.instructions, 14);
   ASSERT_EQ(s.phases.size(), 4U);
   EXPECT_EQ(s.phases[0].instructions.size(), 5U) << "four, and the one of all phases";
-  EXPECT_EQ(s.phases[1].instructions[0].form, Form::kSpeed);
-  EXPECT_EQ(s.phases[1].instructions[1].form, Form::kMomentum);
-  EXPECT_EQ(s.phases[2].instructions[0].form, Form::kPlace);
-  EXPECT_EQ(s.phases[3].instructions[1].form, Form::kBalance);
-  for (const Phase& p : s.phases) EXPECT_EQ(p.instructions.back().form, Form::kStiffness);
+  EXPECT_EQ(s.phases[1].instructions[1].form, Form::kSpeed);
+  EXPECT_EQ(s.phases[1].instructions[2].form, Form::kMomentum);
+  EXPECT_EQ(s.phases[2].instructions[1].form, Form::kPlace);
+  EXPECT_EQ(s.phases[3].instructions[2].form, Form::kBalance);
+  for (const Phase& p : s.phases) EXPECT_EQ(p.instructions.front().form, Form::kStiffness);
 }
 
 TEST(Script, SaysEveryMistakeAtOnceWithItsPlace) {
@@ -365,6 +365,69 @@ TEST(Compile, ALaterInstructionOnTheSameReplacesTheEarlier) {
   EXPECT_SAYS(targets("Leaning: MOVE downward BY 0.1m; MOVE downward BY 0.2m"),
               "(com_z - (0.6))^2");
   EXPECT_SAYS(targets("Thrusting: SPEED NEAR [1, 2, 0]; SLOWDOWN 20%"), "(speed_z - (1.6))^2");
+}
+
+/// Every form, about bodies, groups and joints, on the ground and in the air, becomes a skill file
+/// that can be read.
+TEST(Compile, EveryInstructionBecomesSkillText) {
+  for (const char* text : {"ROTATE torso forward BY 20 deg",
+                           "tilt the torso to the left",
+                           "rotate the elbows forward",
+                           "ROTATE arms backward BY 20 deg",
+                           "TRANSLATE hands forward BY 0.2 m",
+                           "lift your knees",
+                           "PLACE hands NEAR knees",
+                           "PLACE COM NEAR feet",
+                           "S IN FRONT OF root",
+                           "knees ABOVE root",
+                           "torso orientation about z GREATER THAN 0",
+                           "left hand LEFT OF [0, 0, 0]",
+                           "spin LEFT",
+                           "spin about x GREATER THAN 1",
+                           "SPEED NEAR [1,2,0]; PUSH hands AGAINST floor",
+                           "BALANCE; RELAX legs BY 30%",
+                           "spin about z FORWARD; spin about y LESS THAN 1",
+                           "SPEEDUP 150%; TURNFASTER 150%",
+                           "FLEX left knee BY 0 deg",
+                           "push with the elbows",
+                           "MOVE left BY 0.1 m; PLACE COM NEAR [0, 1, 0]",
+                           "STIFFEN everything BY 50%"}) {
+    for (const char* phase : {"Landing", "Airborne", "Thrusting", "Pushing"}) {
+      const Script s = athlete(std::string(phase) + ": POSE lean; " + text);
+      EXPECT_NO_THROW(skill::Skill::fromText(compilePhase(s, 0, {}, {}).text, "models/try.toml"))
+          << phase << ": " << text;
+    }
+  }
+}
+
+TEST(Compile, WhatIsSetAgainIsSetAnew) {
+  const auto text = [](const std::string& lines) {
+    return compilePhase(athlete(lines), 0, {}, {}).text;
+  };
+  EXPECT_SAYS(text("Landing: FLEX elbows BY 20 deg; FLEX elbows BY 60 deg"), "elbow = \"1.0472\"");
+  // A phase's own instruction holds, whether it stands before or after that of all.
+  EXPECT_SAYS(text("Landing: RELAX arms BY 60%\nAll: RELAX arms BY 30%"), "elbow = \"0.4\"");
+  // Of a thrust's legs, which are softer than the robot's.
+  EXPECT_SAYS(text("Thrusting: STIFFEN knees BY 50%"), "knee = \"0.525\"");
+}
+
+/// Where a spin's number and the way round of its axis are both below 0.
+TEST(Compile, ASpinIsHeldAgainstItsNumber) {
+  // Forward is -z as published, +y in the world.
+  const std::string text =
+      compilePhase(athlete("Thrusting: spin about z LESS THAN -3"), 0, {}, {}).text;
+  EXPECT_SAYS(text, "-1 * spin.y - (-3) > 0");  // violated by what is below 3 about +y
+  EXPECT_SAYS(text, "0.1 * abs(spin_y - (3.3))");
+}
+
+TEST(Compile, NothingOfAScriptLeavesItsFolder) {
+  EXPECT_SAYS(mistakesOf("Robot: athlete\nleaning/../../x: BALANCE")[0].text, "expected letters");
+  Script s = athlete("Name: a\"/../b\nLeaning: POSE lean; UNTIL 0.1 s");
+  EXPECT_NO_THROW(skill::Skill::fromText(compilePhase(s, 0, {}, {}).text, "models/try.toml"));
+  const TestFolder folder;
+  const Lesson l = practise(s, folder / "l", {.budget = 1});
+  EXPECT_EQ(l.whole.parent_path(), folder / "l");
+  EXPECT_TRUE(std::filesystem::exists(l.whole));
 }
 
 TEST(Compile, PlacesAreFromTheFeetAtTheStart) {

@@ -9,6 +9,7 @@
 
 #include "traceur/coach/rigs.h"
 #include "traceur/control/expression.h"
+#include "traceur/core/printable.h"
 #include "traceur/core/text.h"
 
 namespace traceur::coach {
@@ -18,11 +19,34 @@ std::string num(double v) {
   return fmt::format("{:.6g}", std::abs(v) < 1e-12 ? 0.0 : v);
 }
 
+/// A text as TOML quotes it.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : printable(text)) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+/// The first lines of a skill file.
+std::string heading(const Script& s, const std::string& of, const std::string& name,
+                    double horizon) {
+  return fmt::format("# {}: {}. Made from {}.\nname = {}\nrobot = {}\nhorizon = {}\n",
+                     printable(s.name), of, printable(s.file.filename().string()), quoted(name),
+                     quoted(s.robot), num(horizon));
+}
+
 /// A phase as skill text names it.
 std::string identifier(std::string name) {
-  std::ranges::replace(name, '-', '_');
-  std::ranges::replace(name, ' ', '_');
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return !std::isalnum(c); }, '_');
   return name;
+}
+
+/// A signal as an expression names it, also of a body with odd letters.
+std::string spelled(const std::string& signal) {
+  return control::Expression::spelled(signal);
 }
 
 constexpr char kAxes[] = {'x', 'y', 'z'};
@@ -32,6 +56,8 @@ constexpr double kCreep = 0.02;   // m, of the feet while it comes to stand [our
 /// Spin that is wanted where a direction is asked for, so that the sign keeps when a joint is a
 /// little stiffer [ours].
 constexpr double kSpin = 0.3;  // rad/s
+
+constexpr const char* kExactly = "set exactly, as its only parameter is what is asked";
 
 /// Compiles one phase.
 class Compiler {
@@ -83,15 +109,17 @@ class Compiler {
     if (t.name.empty()) {
       return measure(fmt::format("{}_{}", identifier(t.said), a), body_.mean(t.bodies, a));
     }
-    return measure(fmt::format("{}_{}", t.name, a), fmt::format("body.{}.{}", t.name, a));
+    return measure(fmt::format("{}_{}", identifier(t.name), a),
+                   spelled(fmt::format("body.{}.{}", t.name, a)));
   }
+  /// Of a thing in the world's axes.
   std::string signal(const Thing& t, int axis) const {
     const char a = kAxes[axis];
     if (t.kind == Thing::Kind::kCom) return fmt::format("com.{}", a);
     if (t.kind == Thing::Kind::kCop) return fmt::format("cop.{}", a);
     if (t.kind == Thing::Kind::kPlace) return num(body_.origin[axis] * (axis < 2) + t.vector[axis]);
     if (t.name.empty()) return body_.mean(t.bodies, a);
-    return fmt::format("body.{}.{}", t.name, a);
+    return spelled(fmt::format("body.{}.{}", t.name, a));
   }
   double before(const std::string& measure) const {
     const auto found = before_.find(measure);
@@ -118,7 +146,7 @@ class Compiler {
       case Ending::Kind::kHeld:
         break;
     }
-    // Where the COM may be over the feet while they bear it [ours: the pilot's limits].
+    // Where the COM may be over the feet while they bear it [ours: further out nothing came back].
     if (phase_.bears == "feet" && !held()) {
       fails("falls_backward", "com.forward - body.feet.forward < -0.15 && contact.feet > 0");
       fails("falls_forward", "com.forward - body.feet.forward > 0.45 && contact.feet > 0");
@@ -135,7 +163,7 @@ class Compiler {
       std::vector<std::string> off;
       for (const std::string& sole : body_.soles) {
         std::vector<std::string> parts;
-        for (const std::string& b : footOf(sole)) parts.push_back("contact." + b);
+        for (const std::string& b : footOf(sole)) parts.push_back(spelled("contact." + b));
         off.push_back(join(parts, " + ") + " == 0");
       }
       fails("hops", fmt::format("phase_time > 0.5 && ({} || abs(body_velocity.feet.x) > 0.3)",
@@ -170,7 +198,7 @@ class Compiler {
     for (const auto& [limb, chain] : script_.model->robot()->limbs) {
       for (size_t i = 0; i < chain.size(); ++i) {
         if (std::ranges::find(body_.soles, chain[i]) == body_.soles.end()) continue;
-        for (size_t k = 0; k < i; ++k) knees.push_back("contact." + chain[k]);
+        for (size_t k = 0; k < i; ++k) knees.push_back(spelled("contact." + chain[k]));
       }
     }
     measure("why_on_legs", join(knees, " + "));
@@ -191,11 +219,14 @@ class Compiler {
   // Instructions ---------------------------------------------------------------------------------
   void rig(const char* name, const std::string& shown, RigUse use, Reading& r) {
     r.rigs.push_back(shown);
-    if (draft_.has(shown)) return;
+    const bool again = draft_.has(shown);
+    // What is set exactly replaces what was set before, what is searched is there already.
+    if (again && use.value == 0) return;
+    if (again) r.note = "replaces what was asked before";
     use.body = &body_;
     use.phase = &phase_;
     rigNamed(name).add(use, draft_);
-    draft_.rigs.push_back(shown);
+    if (!again) draft_.rigs.push_back(shown);
   }
   void ikRig(Reading& r) {
     rig("IKPose", stands() ? "IKPose<contact, root>" : "IKPose<root, feet>", {}, r);
@@ -254,14 +285,13 @@ class Compiler {
   void flex(const Instruction& i, Reading& r) {
     const std::string& joint = i.subject->joints[0];
     double angle = i.amount;
-    if (i.relative) angle += before(measure("angle_" + joint, "joint." + joint));
-    rig("TargetJoints", fmt::format("TargetJoints<{}>", joint), {.joints = {joint}, .value = angle},
-        r);
-    r.note = "set exactly, as its only parameter is what is asked";
+    if (i.relative)
+      angle += before(measure("angle_" + identifier(joint), spelled("joint." + joint)));
+    // An angle of 0 is one, too.
+    rig("TargetJoints", fmt::format("TargetJoints<{}>", joint),
+        {.joints = {joint}, .value = angle == 0 ? 1e-9 : angle}, r);
+    if (r.note.empty()) r.note = kExactly;
   }
-
-  /// Where the COM is wanted, by axis.
-  void wantCom(int axis, double where) { com_wanted_[axis] = where; }
 
   void move(const Instruction& i, Reading& r) {
     if (stands() || phase_.ending.kind == Ending::Kind::kTouch) ikRig(r);
@@ -287,19 +317,37 @@ class Compiler {
     if (limb.name == "feet") return ikRig(r);
     r.note = "no rig yet for this limb: it moves as the others make it";
   }
-  void rotate(const Instruction& i, Reading& r) {
-    const int a = std::abs(i.direction.y()) > 0.5 ? 1 : std::abs(i.direction.z()) > 0.5 ? 2 : 0;
+  static int axisOf(const Vector3d& v) {
+    return std::abs(v.y()) > 0.5 ? 1 : std::abs(v.z()) > 0.5 ? 2 : 0;
+  }
+  /// How far a body, or a group on the mean, is turned about a world axis, right-handed [rad]. A
+  /// tilt counts to the left, which is about -x.
+  std::string angle(const Thing& t, int axis) const {
     static constexpr const char* kAngle[] = {"tilt", "somersault", "heading"};
-    const std::string body = i.subject->name;
+    std::vector<std::string> bodies = t.bodies;
+    if (!t.name.empty()) {
+      const auto& groups = script_.model->robot()->bodies;
+      const auto group = groups.find(t.name);
+      bodies = group == groups.end() ? std::vector{t.name} : group->second;
+    }
+    std::vector<std::string> terms;
+    terms.reserve(bodies.size());
+    for (const std::string& b : bodies)
+      terms.push_back(spelled(fmt::format("{}.{}", kAngle[axis], b)));
+    return fmt::format("{}({}) / {}", axis == 0 ? "-" : "", join(terms, " + "), terms.size());
+  }
+  void rotate(const Instruction& i, Reading& r) {
+    const int a = axisOf(i.direction);
+    const std::string of = i.subject->name.empty() ? i.subject->said : i.subject->name;
     const std::string m =
-        measure(fmt::format("{}_{}", kAngle[a], body), fmt::format("{}.{}", kAngle[a], body));
+        measure(fmt::format("turned_{}_{}", identifier(of), kAxes[a]), angle(*i.subject, a));
     if (stands()) ikRig(r);
     term(i.means, fmt::format("abs({} - ({}))", m, num(before(m) + i.direction[a] * i.amount)));
     r.term = "|angle - (angle before + delta)|";
   }
   void force(Reading& r) {
-    const std::string group = stands() ? phase_.bears : "feet";
-    rig("VirtualForce", "VirtualForce<contact>", {.target = group, .twists = twists()}, r);
+    rig("VirtualForce", "VirtualForce<contact>",
+        {.target = Body::contactOf(phase_), .twists = twists()}, r);
   }
   /// Whether the phase is asked for a spin about the vertical.
   bool twists() const {
@@ -359,14 +407,20 @@ class Compiler {
         "found with it";
   }
   void stiffen(const Instruction& i, Reading& r) {
-    std::vector<std::string> joints;
-    for (const std::string& j : i.subject->joints) joints.push_back(j);
     rig("Stiffness", fmt::format("Stiffness<{}>", i.subject->said),
-        {.joints = joints, .value = i.amount}, r);
-    r.note = "set exactly, as its only parameter is what is asked";
+        {.joints = i.subject->joints, .value = i.amount}, r);
+    if (r.note.empty()) r.note = kExactly;
   }
   void push(const Instruction& i, Reading& r) {
-    rig("VirtualForce", "VirtualForce<contact>", {.target = i.subject->name}, r);
+    const std::string& limb = i.subject->name;
+    if (limb.empty()) {
+      r.note = "no rig for this part: name a limb or a group of bodies";
+      return;
+    }
+    rig("VirtualForce",
+        limb == Body::contactOf(phase_) ? "VirtualForce<contact>"
+                                        : fmt::format("VirtualForce<{}>", limb),
+        {.target = limb}, r);
   }
   void place(const Instruction& i, Reading& r) {
     const Thing& what = *i.subject;
@@ -403,62 +457,54 @@ class Compiler {
     r.term = "|A - B|";
   }
   void relate(const Instruction& i, Reading& r) {
-    const Thing& a = *i.subject;
-    const Thing& b = *i.other;
     const std::string id = fmt::format("not_{}", ++relations_);
-    if (a.kind == Thing::Kind::kSpin) {
-      const int axis = std::abs(a.vector.y()) > 0.5 ? 1 : std::abs(a.vector.z()) > 0.5 ? 2 : 0;
-      const double sign = a.vector[axis] * (i.relation == Relation::kLess ? -1 : 1);
-      // In rad/s: what is asked of the momentum's sign is asked of the velocity's.
-      must("spins_wrongly",
-           fmt::format("{} - ({}) * spin.{}", num(sign * b.number), num(sign), kAxes[axis]));
-      if (stands()) {
-        // Nothing printed keeps it small, and 30 kg m²/s satisfy a sign: a somersault.
-        if (twists()) force(r);
-        const double wanted = sign * (std::abs(b.number) + kSpin);
-        term("spin, no more than needed",
-             fmt::format("0.1 * abs({} - {})", spin(axis), num(wanted)));
-        r.note = fmt::format("and no more of it than needed: 0.1 |spin - {} rad/s|", num(wanted));
-      }
-      r.constraint = fmt::format("{} at the end", i.means);
-      return;
-    }
-    if (a.kind == Thing::Kind::kAttitude) {
-      const int axis = std::abs(a.vector.y()) > 0.5 ? 1 : std::abs(a.vector.z()) > 0.5 ? 2 : 0;
-      static constexpr const char* kAngle[] = {"tilt", "somersault", "heading"};
-      const bool less = i.relation == Relation::kLess;
-      must(id, fmt::format("{} * ({} * {}.{} - ({}))", less ? "1" : "-1", num(a.vector[axis]),
-                           kAngle[axis], a.name, num(b.number)));
-      r.constraint = fmt::format("{} at the end", i.means);
-      return;
-    }
-    int axis = 0;
-    bool less = false;
-    switch (i.relation) {
-      case Relation::kInFrontOf:
-        less = true;
-        break;
-      case Relation::kBehind:
-        break;
-      case Relation::kAbove:
-        axis = 2;
-        less = true;
-        break;
-      case Relation::kBelow:
-        axis = 2;
-        break;
-      case Relation::kLeftOf:
-        axis = 1;
-        less = true;
-        break;
-      case Relation::kRightOf:
-        axis = 1;
-        break;
-      default:
-        break;
-    }
-    must(id, fmt::format("{} * ({} - ({}))", less ? "-1" : "1", signal(a, axis), signal(b, axis)));
     r.constraint = fmt::format("{} at the end", i.means);
+    if (i.subject->kind == Thing::Kind::kSpin) return spinWithin(i, id, r);
+    if (i.subject->kind == Thing::Kind::kAttitude) {
+      const int axis = axisOf(i.subject->vector);
+      return within(
+          i, id, fmt::format("{} * ({})", num(i.subject->vector[axis]), angle(*i.subject, axis)));
+    }
+    // The first is to be further along this axis, or less far.
+    const auto [axis, further] = [&]() -> std::pair<int, bool> {
+      switch (i.relation) {
+        case Relation::kBehind:
+          return {0, false};
+        case Relation::kLeftOf:
+          return {1, true};
+        case Relation::kRightOf:
+          return {1, false};
+        case Relation::kAbove:
+          return {2, true};
+        case Relation::kBelow:
+          return {2, false};
+        default:
+          return {0, true};
+      }
+    }();
+    const std::string a = signal(*i.subject, axis);
+    const std::string b = signal(*i.other, axis);
+    must(id, further ? fmt::format("{} - ({})", b, a) : fmt::format("{} - ({})", a, b));
+  }
+  /// A quantity is to be greater or less than a number.
+  void within(const Instruction& i, const std::string& id, const std::string& quantity) {
+    const std::string limit = num(i.other->number);
+    must(id, i.relation == Relation::kLess ? fmt::format("{} - ({})", quantity, limit)
+                                           : fmt::format("{} - ({})", limit, quantity));
+  }
+  void spinWithin(const Instruction& i, const std::string& id, Reading& r) {
+    const Vector3d about = i.subject->vector;  // ± an axis
+    const int axis = axisOf(about);
+    // In rad/s: a momentum has its sign.
+    within(i, id, fmt::format("{} * spin.{}", num(about[axis]), kAxes[axis]));
+    if (!stands()) return;
+    // Nothing printed keeps it small, and 30 kg m²/s satisfy a sign: a somersault.
+    if (twists()) force(r);
+    const double beyond = i.relation == Relation::kLess ? -kSpin : kSpin;
+    const double wanted = (i.other->number + beyond) / about[axis];
+    term(fmt::format("{}, no more than needed", i.means),
+         fmt::format("0.1 * abs({} - ({}))", spin(axis), num(wanted)));
+    r.note = fmt::format("and no more of it than needed: 0.1 |spin - {} rad/s|", num(wanted));
   }
 
   // The cost -------------------------------------------------------------------------------------
@@ -494,15 +540,12 @@ class Compiler {
   }
 
   std::string text(const std::filesystem::path& previous, const PhaseDraft& d) const {
-    std::string out =
-        fmt::format("# {}: {}. Made from {}.\nname = \"{}\"\nrobot = \"{}\"\nhorizon = {}\n",
-                    script_.name, phase_.name, script_.file.filename().string(),
-                    identifier(script_.name + "_" + phase_.name), script_.robot, num(horizon()));
+    std::string out = heading(script_, phase_.name, script_.name + " " + phase_.name, horizon());
     if (!held()) out += fmt::format("stop = \"ended.{}\"\n", name_);
     out += "target_cost = 0.02\n" + sceneText(script_);
     out += previous.empty()
                ? fmt::format("\n[start.pose]\nbase = \"{}\"\n", script_.start)
-               : fmt::format("\n[start]\nafter = {{ file = \"{}\" }}\n", previous.string());
+               : fmt::format("\n[start]\nafter = {{ file = {} }}\n", quoted(previous.string()));
     out += rows("[constants]", d.draft.constants);
     std::vector<DraftParameter> parameters = d.draft.parameters;
     if (parameters.empty()) parameters.push_back({"still", "1", 0, 1, 0, "Nothing to practise."});
@@ -693,9 +736,7 @@ std::string wholeText(const Script& script, const std::vector<PhaseDraft>& phase
   if (parameters.empty()) {
     parameters = Compiler::parameterRows({{"still", "1", 0, 1, 0, "Nothing to practise."}});
   }
-  std::string out = fmt::format(
-      "# {}, all of it. Made from {}.\nname = \"{}\"\nrobot = \"{}\"\nhorizon = {}\n", script.name,
-      script.file.filename().string(), script.name, script.robot, num(horizon));
+  std::string out = heading(script, "all of it", script.name, horizon);
   // As when the phases were practised one after another: the last is held so long.
   const Phase& last = script.phases[phases.size() - 1];
   out += last.ending.kind == Ending::Kind::kHeld

@@ -772,7 +772,6 @@ class Maker {
   // Forms ----------------------------------------------------------------------------------------
   void flex(bool extend) {
     out_.form = Form::kFlex;
-    out_.reversed = extend;
     Thing t = one("a joint, as FLEX elbows BY 20 deg");
     t.joints = jointsFor(t);
     t.kind = Thing::Kind::kJoints;
@@ -845,13 +844,11 @@ class Maker {
   }
   void momentum(bool more) {
     out_.form = Form::kMomentum;
-    out_.reversed = !more;
     out_.amount = factor(more);
     out_.means = fmt::format("{} {}", more ? "SPEEDUP" : "SLOWDOWN", percent());
   }
   void turn(bool more) {
     out_.form = Form::kTurn;
-    out_.reversed = !more;
     out_.amount = factor(more);
     out_.means = fmt::format("{} {}", more ? "TURNFASTER" : "TURNSLOWER", percent());
   }
@@ -871,9 +868,7 @@ class Maker {
   }
   void push(bool pull) {
     out_.form = Form::kPush;
-    out_.reversed = pull;
     out_.subject = bodyFor(one("a limb, as PUSH feet AGAINST wall"));
-    out_.surface = s_.surface;
     out_.means = fmt::format("{} {}{}", pull ? "PULL" : "PUSH", out_.subject->said,
                              s_.surface.empty() ? "" : " AGAINST " + s_.surface);
   }

@@ -37,10 +37,10 @@ struct Thing {
     kCop,
     kBody,      ///< a body or a group of bodies; a group counts as the mean of its members
     kJoints,    ///< joints, pairs, or all joints of a limb
-    kSpin,      ///< whole-body angular momentum about an axis
-    kAttitude,  ///< of a body, about an axis
+    kSpin,      ///< the whole body's angular velocity about an axis
+    kAttitude,  ///< a body's angle about an axis
     kPlace,     ///< a fixed place
-    kNumber,    ///< for spins and attitudes
+    kNumber,    ///< what a spin [rad/s] or an attitude [rad] is held against
   };
   Kind kind = Kind::kCom;
   std::string name;  ///< as the robot's file has it; kJoints: see joints
@@ -52,6 +52,7 @@ struct Thing {
   std::string said;                    ///< as the person called it
 };
 
+/// Where a thing is to be, as the athlete sees it.
 enum class Relation {
   kNone,
   kInFrontOf,
@@ -74,10 +75,8 @@ struct Instruction {
   double amount = 0;
   Vector3d velocity = Vector3d::Zero();  ///< kSpeed, world axes [m/s]
   Relation relation = Relation::kNone;
-  bool reversed = false;  ///< EXTEND, PULL, what makes less
-  std::string surface;    ///< of kPush; empty: what it touches
   bool relative = false;  ///< of kFlex: the amount is from what it was, not from straight
-  int line = 0, column = 0;
+  int line = 0;
   std::string said;   ///< as it was written
   std::string means;  ///< the form it was understood as: "MOVE downward BY 0.2 m"
 };

@@ -6,6 +6,7 @@
 
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
+#include "traceur/core/printable.h"
 #include "traceur/practice/learn.h"
 #include "traceur/practice/learned.h"
 #include "traceur/skill/rollout.h"
@@ -98,14 +99,14 @@ void perform(const Script& script, const fs::path& folder, const std::vector<Pha
   for (const PhaseLesson& p : lesson.phases) {
     learned.push_back(practice::learnedSkill(practice::Run::open(p.run)).parameters);
   }
-  const fs::path file = folder / (script.name + ".toml");
+  const fs::path file = folder / (fileNamePart(script.name) + ".toml");
   const std::string text = wholeText(script, drafts, learned);
   write(file, text);
   const auto skill = skill::Skill::fromText(text, file);
   const practice::LearnedSkill what{skill, skill->task.initial, skill->initialParameters()};
   sim::Recording recording;
   const skill::Rollout r = what.perform(&recording);
-  lesson.whole = folder / (script.name + ".run");
+  lesson.whole = folder / (fileNamePart(script.name) + ".run");
   fs::remove(lesson.whole);
   practice::keep(what, r, recording, lesson.whole);
   lesson.ended = r.ended;
@@ -115,7 +116,7 @@ void perform(const Script& script, const fs::path& folder, const std::vector<Pha
 }  // namespace
 
 Lesson practise(const Script& script, const fs::path& folder, const LessonOptions& options) {
-  fs::create_directories(folder);
+  makeFolder(folder);
   Lesson lesson;
   fs::path previous;
   std::vector<PhaseDraft> drafts;
@@ -166,7 +167,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
       p.terms = practice::objectivesOf(*skill, *learned.best);
       p.measures = practice::measuresOf(*skill, *learned.best);
     }
-    if (p.failed) p.failures = failuresIn(p.run);
+    if (p.failed && !lesson.interrupted) p.failures = failuresIn(p.run);
     lesson.phases.push_back(p);
     if (lesson.interrupted || p.failed) return lesson;
     previous = p.run.filename();

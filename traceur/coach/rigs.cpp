@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 
+#include "traceur/control/expression.h"
 #include "traceur/core/text.h"
 #include "traceur/sim/world.h"
 
@@ -44,7 +45,7 @@ void ikStanding(const RigUse& u, SkillDraft& d) {
   d.reach.push_back(fmt::format(
       "[[phase.reach.goal]]\nof = \"{}\"\nfrom = \"{}\"\n{}\nz = "
       "\"root_height\"\npitch = \"root_pitch\"",
-      u.body->root, u.body->soles[0], u.body->headed("root_forward", -u.body->sideOf(0))));
+      u.body->root, u.body->soles[0], u.body->headed("root_forward", -u.body->side[0])));
 }
 
 // In the air the feet are placed under the COM, in the world's axes: however the trunk has turned,
@@ -61,7 +62,7 @@ void ikFlying(const RigUse& u, SkillDraft& d) {
     d.reach.push_back(
         fmt::format("[[phase.reach.goal]]\nof = \"{0}\"\nfrom = \"com\"\n{1}\nz = \"-leg\"\n"
                     "[[phase.reach.goal]]\nof = \"{0}\"\npitch = 0\nweight = 0.1",
-                    u.body->soles[i], u.body->headed("feet_forward", u.body->sideOf(i))));
+                    u.body->soles[i], u.body->headed("feet_forward", u.body->side[i])));
   }
 }
 
@@ -72,7 +73,10 @@ void ikPose(const RigUse& u, SkillDraft& d) {
 void stiffness(const RigUse& u, SkillDraft& d) {
   if (u.value > 0) {
     for (const std::string& j : u.joints) {
-      d.stiffness.emplace_back(j, fmt::format("{:.6g}", u.value));
+      // Of what the phase has, which for the legs may be less than the robot's.
+      const bool leg = std::ranges::find(u.body->leg_joints, j) != u.body->leg_joints.end();
+      d.stiffness.emplace_back(
+          j, fmt::format("{:.6g}", u.value * (leg ? u.phase->kind->stiffness : 1)));
     }
     return;
   }
@@ -80,25 +84,28 @@ void stiffness(const RigUse& u, SkillDraft& d) {
   for (const std::string& j : u.joints) d.stiffness.emplace_back(j, "give");
 }
 
-// Beside PD control a thrust needs less than this [ours; the pilot runs saturated at 2000 N].
+// A jump of 0.8 m needs half of this beside PD control [ours].
 constexpr double kPush = 3000, kAcross = 1500;  // N
 constexpr double kTurn = 300;                   // N·m
 constexpr double kTwist = 900;                  // N·m
 
 void virtualForce(const RigUse& u, SkillDraft& d) {
+  // What bears the body has the plain names, another limb its own before them.
+  const std::string of = u.target == Body::contactOf(*u.phase) ? "" : u.target + "_";
   // What is pushed goes the other way: the ground is given the opposite of what the COM is.
-  parameter(d, "push_along", "N", -kPush, kPush, 0,
+  parameter(d, of + "push_along", "N", -kPush, kPush, 0,
             "On the COM, away from the centre of pressure.");
-  parameter(d, "push_across", "N", -kAcross, kAcross, 0, "On the COM, at right angles, forward.");
-  parameter(d, "push_turn", "N·m", -kTurn, kTurn, 0, "On the body, forward.");
+  parameter(d, of + "push_across", "N", -kAcross, kAcross, 0,
+            "On the COM, at right angles, forward.");
+  parameter(d, of + "push_turn", "N·m", -kTurn, kTurn, 0, "On the body, forward.");
   if (u.twists) {
-    parameter(d, "push_twist", "N·m", -kTwist, kTwist, 0,
+    parameter(d, of + "push_twist", "N·m", -kTwist, kTwist, 0,
               "On the body, about the vertical, to the left.");
   }
-  d.forces.push_back(
-      fmt::format("bodies = [\"{}\"]\ntouching = true\nframe = \"cop to com\"\nforce = "
-                  "[\"-push_across\", 0, \"-push_along\"]\nmoment = [0, \"-push_turn\", {}]",
-                  u.target, u.twists ? "\"-push_twist\"" : "0"));
+  d.forces.push_back(fmt::format(
+      "bodies = [\"{0}\"]\ntouching = true\nframe = \"cop to com\"\nforce = "
+      "[\"-{1}push_across\", 0, \"-{1}push_along\"]\nmoment = [0, \"-{1}push_turn\", {2}]",
+      u.target, of, u.twists ? fmt::format("\"-{}push_twist\"", of) : "0"));
 }
 
 // Of the COM over the feet. The printed 300 and 6 hold no crouch but the deepest [ours: about
@@ -162,7 +169,7 @@ Body::Body(const Script& s) : script(&s), root(s.model->bodyName(s.model->root()
     if (sole == chain.end()) continue;
     soles.push_back(*sole);
     if (soles.size() > 1) continue;
-    // What moves this leg within the plane: bent a little, the sole keeps its place sideways.
+    // What moves this leg within the plane of motion: its axis is across.
     for (const sim::Joint& j : model.joints()) {
       const std::string body = model.bodyName(model.bodyOf(j));
       const auto place = std::ranges::find(chain.begin(), sole + 1, body);
@@ -186,7 +193,14 @@ Body::Body(const Script& s) : script(&s), root(s.model->bodyName(s.model->root()
   for (const std::string& b : feet->second) {
     origin += standing->bodyPosition(model.body(b)) / static_cast<double>(feet->second.size());
   }
-  half_width = std::abs(standing->bodyPosition(model.body(soles[0])).y());
+  for (const std::string& b : soles) {
+    side.push_back(standing->bodyPosition(model.body(b)).y() -
+                   standing->bodyPosition(model.root()).y());
+  }
+}
+
+std::string Body::contactOf(const Phase& phase) {
+  return phase.bears.empty() ? "feet" : phase.bears;
 }
 
 Vector3d Body::rootFromSoles(const KeyPose& key) const {
@@ -212,10 +226,6 @@ Vector3d Body::rootFromSoles(const KeyPose& key) const {
   return {p_S.x(), pitch, p_S.z()};
 }
 
-double Body::sideOf(size_t sole) const {
-  return sole == 0 ? half_width : -half_width;
-}
-
 std::string Body::headed(const std::string& forward, double left) const {
   return fmt::format(
       "x = \"{0} * cos(heading.root) - {1:.6g} * sin(heading.root)\"\n"
@@ -226,7 +236,9 @@ std::string Body::headed(const std::string& forward, double left) const {
 std::string Body::mean(const std::vector<std::string>& bodies, char axis) const {
   std::vector<std::string> terms;
   terms.reserve(bodies.size());
-  for (const std::string& b : bodies) terms.push_back(fmt::format("body.{}.{}", b, axis));
+  for (const std::string& b : bodies) {
+    terms.push_back(control::Expression::spelled(fmt::format("body.{}.{}", b, axis)));
+  }
   if (terms.size() == 1) return terms[0];
   return fmt::format("({}) / {}", join(terms, " + "), terms.size());
 }

@@ -1,7 +1,6 @@
 // Control rigs: the few numbers that an instruction lets practice move [Ha2015, Table 5].
 #pragma once
 
-#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -37,27 +36,29 @@ struct Body {
   std::vector<std::string> soles;       ///< the bodies that stand on the ground flat, one a leg
   std::vector<std::string> leg_joints;  ///< pairs that move them within the plane of motion
   std::string root;
-  Vector3d origin;        ///< of the script's places: the feet at the start [m]
-  double half_width = 0;  ///< of the stance: of a sole beside the root [m]
+  Vector3d origin;           ///< of the script's places: the feet at the start [m]
+  std::vector<double> side;  ///< of each sole beside the root at the start, to the left [m]
 
   explicit Body(const Script& s);
+  /// The group that a phase's forces act on, where no limb is named: what bears it, in the air the
+  /// feet.
+  static std::string contactOf(const Phase& phase);
   /// Of the key pose, soles flat: the root from the soles, x and z [m], and its pitch [rad].
   Vector3d rootFromSoles(const KeyPose& pose) const;
-  /// Of a sole beside the root, to the left [m].
-  double sideOf(size_t sole) const;
   /// "x = …", "y = …": an offset forward, an expression, and to the left [m], as the root is
   /// headed.
   std::string headed(const std::string& forward, double left) const;
-  /// "0.5 * (body.l_foot.x + body.r_foot.x)"
+  /// "(body.l_foot.x + body.r_foot.x) / 2"
   std::string mean(const std::vector<std::string>& bodies, char axis) const;
 };
 
+/// How a rig is used in a phase.
 struct RigUse {
   const Body* body = nullptr;
   const Phase* phase = nullptr;
   std::string target = {};               ///< group of bodies
   std::vector<std::string> joints = {};  ///< pairs or joints
-  double value = 0;                      ///< of what is set exactly
+  double value = 0;                      ///< of what is set exactly [rad], a factor; 0: searched
   bool twists = false;                   ///< it is also to turn about the vertical
 };
 

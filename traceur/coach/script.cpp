@@ -89,8 +89,12 @@ class Reader {
       wrong_.add(0, 0, "no robot: expected a line as \"Robot: athlete\"");
     }
     wrong_.throwIfAny();
-    const auto robot = std::make_shared<sim::Robot>(
-        sim::Robot::fromFile(skill::findRobot(script_.robot, script_.file.parent_path())));
+    const auto file = skill::findRobot(script_.robot, script_.file.parent_path());
+    // What is compiled stands elsewhere: a path is looked for from there.
+    if (script_.robot.find_first_of("./") != std::string::npos) {
+      script_.robot = std::filesystem::absolute(file).string();
+    }
+    const auto robot = std::make_shared<sim::Robot>(sim::Robot::fromFile(file));
     script_.model = sim::Model::fromScene({.robot = robot});
     if (!robot->poses.contains(script_.start) && script_.start != "zero") {
       wrong_.add(start_line_, start_column_, unknownPose(script_.start));
@@ -216,7 +220,16 @@ class Reader {
                              didYouMean(heading, names)));
       return;
     }
-    Phase& phase = phaseNamed(heading, *kind, s.heading.line);
+    const bool plain = std::ranges::all_of(heading, [](unsigned char c) {
+      return std::islower(c) || std::isdigit(c) || c == ' ' || c == '-';
+    });
+    if (!plain) {
+      wrong_.add(
+          s.heading.line, s.heading.column,
+          fmt::format("phase \"{}\": expected letters, digits, spaces and '-'", s.heading.text));
+      return;
+    }
+    Phase& phase = phaseNamed(heading, *kind);
     for (const Piece& p : s.lines) {
       try {
         if (!structure(phase, p)) instruct(phase, p);
@@ -225,19 +238,23 @@ class Reader {
       }
     }
   }
+  /// What is asked of all phases is asked first: a phase's own instructions replace it.
   void all(const Section& s) {
     if (lowered(s.heading.text) != "all") return;
     for (const Piece& p : s.lines) {
       for (Phase& phase : script_.phases) {
         try {
           instruct(phase, p, &phase == &script_.phases.front());
+          std::rotate(phase.instructions.begin() + all_, phase.instructions.end() - 1,
+                      phase.instructions.end());
         } catch (const Misunderstanding& m) {
           wrong_.add(p.line, p.column + m.column - 1, m.reason);
         }
       }
+      ++all_;
     }
   }
-  Phase& phaseNamed(const std::string& name, const PhaseKind& kind, int line) {
+  Phase& phaseNamed(const std::string& name, const PhaseKind& kind) {
     const auto found = std::ranges::find(script_.phases, name, &Phase::name);
     if (found != script_.phases.end()) return *found;
     Phase p;
@@ -246,7 +263,6 @@ class Reader {
     p.ending = kind.ending;
     p.longest = kind.longest;
     p.bears = kind.bears;
-    p.line = line;
     p.pose.base = "previous";
     return script_.phases.emplace_back(p);
   }
@@ -254,7 +270,6 @@ class Reader {
   void instruct(Phase& phase, const Piece& p, bool counts = true) {
     Instruction i = interpreter_->understand(p.text);
     i.line = p.line;
-    i.column = p.column;
     for (Instruction& before : phase.instructions) {
       if (before.means == i.means) {
         note(p, fmt::format("said twice: \"{}\"", i.means));
@@ -292,7 +307,6 @@ class Reader {
   }
   void pose(Phase& phase, const std::vector<Token>& t) {
     KeyPose& k = phase.pose;
-    k.given = true;
     size_t i = 1;
     const auto& poses = script_.model->robot()->poses;
     if (i < t.size() && t[i].kind == Token::Kind::kWord &&
@@ -355,6 +369,7 @@ class Reader {
   Script script_;
   std::optional<Interpreter> interpreter_;
   int start_line_ = 0, start_column_ = 0;
+  int all_ = 0;  // instructions of all phases so far
 };
 
 }  // namespace

@@ -48,19 +48,17 @@ struct KeyAngle {
 struct KeyPose {
   std::string base;  ///< a pose of the robot's file, "zero", or "previous"
   std::vector<KeyAngle> angles;
-  double blend = 0;  ///< [s]
-  bool given = false;
+  double blend = 0;  ///< [s]; 0: the phase kind's
 };
 
 struct Phase {
-  std::string name;
+  std::string name;  ///< lower case letters, digits, spaces and '-', as "leaning", "landing 2"
   const PhaseKind* kind = nullptr;
   KeyPose pose;
   Ending ending;
-  double longest = 0;  ///< [s]
-  std::string bears;   ///< as PhaseKind
-  std::vector<Instruction> instructions;
-  int line = 0;
+  double longest = 0;                     ///< [s]
+  std::string bears;                      ///< as PhaseKind
+  std::vector<Instruction> instructions;  ///< those of all phases first
 };
 
 /// Something around the robot, world axes.

@@ -1,7 +1,6 @@
 // The words a coach uses: one row each. Adding a synonym is adding a row.
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
 #include <string_view>
 
@@ -42,7 +41,7 @@ std::span<const VerbRow> verbs();
 
 struct DirectionRow {
   std::string_view words;
-  double x, y, z;  // world
+  double x, y, z;  ///< unit, world axes
   std::string_view name;
 };
 std::span<const DirectionRow> directions();
