@@ -96,7 +96,9 @@ void report(const coach::Lesson& lesson, const coach::Script& script) {
   print("{}: {} instructions, {} trials\n", script.name, script.instructions, lesson.trials);
   for (const coach::PhaseLesson& p : lesson.phases) {
     print("{:<16} {:>4} trials  cost {:<9.3g} {}\n", p.phase, p.trials, p.cost,
-          p.failed ? "fails: " + p.ended : "done");
+          p.ended.empty() ? "stopped"
+          : p.failed      ? "fails: " + p.ended
+                          : "done");
     for (const practice::Quantity& q : p.terms) {
       if (q.name != "failed") print("  {:<34}{:.3g}\n", q.name, q.value);
     }
