@@ -261,37 +261,7 @@ void Snapshot::externalForce(Eigen::Ref<VectorXd> tau) const {
 }
 
 void Snapshot::solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const {
-  const mjModel* m = model_->raw();
-  const int n = m->nv;
-  // Row k of M's lower triangle holds its non-zeros by column: the ancestors of k from the root on,
-  // last k itself. So row i, of an ancestor, has the columns with which row k begins.
-  const int* begin = m->M_rowadr;
-  const int* count = m->M_rownnz;
-  const int* column = m->M_colind;
-  double* L = factor_.data();
-  double* x = b.data();
-  const auto diagonal = [&](int k) { return begin[k] + count[k] - 1; };
-  std::copy(data_->M, data_->M + m->nC, L);
-  for (int k = 0; k < n; ++k) L[diagonal(k)] += d[k];
-  for (int k = n - 1; k >= 0; --k) {
-    const double inverse = 1 / L[diagonal(k)];
-    for (int at = diagonal(k) - 1; at >= begin[k]; --at) {
-      const double a = L[at] * inverse;
-      // Rows of different numbers are different memory.
-      Eigen::Map<VectorXd> above(L + begin[column[at]], at - begin[k] + 1);
-      above.noalias() -= a * Eigen::Map<const VectorXd>(L + begin[k], at - begin[k] + 1);
-      L[at] = a;
-    }
-    L[diagonal(k)] = inverse;
-  }
-  for (int k = n - 1; k >= 0; --k) {
-    for (int at = begin[k]; at < diagonal(k); ++at) x[column[at]] -= L[at] * x[k];
-  }
-  for (int k = 0; k < n; ++k) {
-    double sum = x[k] * L[diagonal(k)];
-    for (int at = diagonal(k) - 1; at >= begin[k]; --at) sum -= L[at] * x[column[at]];
-    x[k] = sum;
-  }
+  factor_->solve(data_->M, d.data(), b.data());
 }
 
 /// What sleeps is pressed on as it was when it fell asleep; the engine does not look any more.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "traceur/sim/inertia_factor.h"
 #include "traceur/sim/model.h"
 
 struct mjData_;  // NOLINT(readability-identifier-naming): MuJoCo's name
@@ -103,8 +104,7 @@ class Snapshot {
   /// Everything but motors that acts along v: gravity, Coriolis, passive damping, what World::push
   /// exerts now, and the contact and limit forces of the last step, (nv) [N·m].
   void externalForce(Eigen::Ref<VectorXd> tau) const;
-  /// Solves (M(q) + diag(d)) x = b in place, d ≥ 0 and b (nv), by the sparse LᵀDL of the kinematic
-  /// tree [Featherstone2008, §6.5].
+  /// Solves (M(q) + diag(d)) x = b in place, d ≥ 0 and b (nv), by an InertiaFactor.
   void solveInertia(const VectorXd& d, Eigen::Ref<VectorXd> b) const;
 
  private:
@@ -125,9 +125,9 @@ class Snapshot {
   mutable bool has_com_velocity_ = false;  // computed once per step
   mutable Vector3d com_velocity_ = Vector3d::Zero();
   mutable bool has_angular_momentum_ = false;
-  mutable Matrix3Xd momentum_;          // scratch of comVelocity
-  mutable std::vector<double> factor_;  // scratch of solveInertia
-  mutable Matrix3Xd com_jacobian_;      // scratch of addComForce
+  mutable Matrix3Xd momentum_;  // scratch of comVelocity
+  mutable std::optional<InertiaFactor> factor_;
+  mutable Matrix3Xd com_jacobian_;  // scratch of addComForce
 };
 
 }  // namespace traceur::sim

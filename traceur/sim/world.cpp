@@ -15,7 +15,7 @@ World::World(std::shared_ptr<const Model> model)
   snapshot_.model_ = model_.get();
   snapshot_.data_ = data_;
   const mjModel* m = model_->raw();
-  snapshot_.factor_.resize(m->nC);
+  snapshot_.factor_.emplace(*m);
   snapshot_.momentum_.resize(3, m->nbody);
   snapshot_.joint_forces_.resize(3, 0);
   snapshot_.contacts_.reserve(128);
