@@ -9,10 +9,13 @@
 #include "apps/cli/performance.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
+#include "traceur/clip/bvh.h"
 #include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
 #include "traceur/core/process.h"
 #include "traceur/practice/learned.h"
 #include "traceur/render/film_strip.h"
+#include "traceur/render/gltf.h"
 #include "traceur/render/standard_figures.h"
 #include "traceur/render/video.h"
 
@@ -111,9 +114,13 @@ int plotRun(const PlotArguments& a) {
 }  // namespace
 
 void requirePicture(const fs::path& file) {
-  if (file.extension() == ".png" || file.extension() == ".mp4") return;
-  throw InputError(fmt::format("{}: expected a name ending in .png (film strip) or .mp4 (video)",
-                               file.string()));
+  for (const char* known : {".png", ".mp4", ".glb", ".bvh"}) {
+    if (file.extension() == known) return;
+  }
+  throw InputError(
+      fmt::format("{}: expected a name ending in .png (film strip), .mp4 (video), "
+                  ".glb (3D scene) or .bvh (skeleton)",
+                  file.string()));
 }
 
 bool draw(const sim::Recording& recording, const fs::path& file, const DrawArguments& a,
@@ -131,6 +138,13 @@ bool draw(const sim::Recording& recording, const fs::path& file, const DrawArgum
       options.panel_height = a.size[1];
     }
     render::writePng(render::filmStrip(recording, options), file);
+    return true;
+  }
+  if (file.extension() == ".glb" || file.extension() == ".bvh") {
+    PendingFile out(file);
+    out.write(file.extension() == ".glb" ? render::toGlb(recording)
+                                         : clip::toBvh(clip::clipOf(recording)));
+    out.commit();
     return true;
   }
   render::VideoOptions options;
@@ -160,12 +174,13 @@ bool draw(const sim::Recording& recording, const fs::path& file, const DrawArgum
 
 void addRender(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<RenderArguments>();
-  CLI::App* verb =
-      program.add_subcommand("render", "Draw a run's best trial: film strip (PNG), video (MP4).");
+  CLI::App* verb = program.add_subcommand(
+      "render", "Draw a run's best trial: film strip, video, or for other programs.");
   verb->add_option("RUN", a->run, "Run file")->required();
   verb->add_option(
       "FILE", a->files,
-      "Where to: .png for a film strip, .mp4 for a video; default: both, beside the run");
+      "Where to: .png for a film strip, .mp4 for a video, .glb for a moving 3D scene (glTF), .bvh "
+      "for a moving skeleton; default: the first two, beside the run");
   verb->add_option("--task", a->task, "Of a family: which task, in the skill's own unit");
   verb->add_option("--view", a->view, "Default: a strip from the side, a video in between")
       ->check(CLI::IsMember({"side", "three-quarter", "front"}));
@@ -191,6 +206,7 @@ void addRender(CLI::App& program, int& exit_code) {
       "  traceur render runs/jump-0.05-seed1.run\n"
       "  traceur render runs/jump-0.05-seed1.run flight.png --times 0.7,0.8,0.9 --forces\n"
       "  traceur render runs/jump-0.05-seed1.run slow.mp4 --speed 0.25 --size 640x480\n"
+      "  traceur render runs/jump-0.05-seed1.run jump.glb jump.bvh\n"
       "  traceur render runs/jump-family-seed1.run --task 0.06");
   verb->callback([a, &exit_code] { exit_code = renderRun(*a); });
 }

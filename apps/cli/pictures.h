@@ -22,10 +22,10 @@ struct DrawArguments {
   bool com = false;
 };
 
-/// @throws InputError for a name that ends neither in .png nor in .mp4
+/// @throws InputError for a name that ends in none of .png, .mp4, .glb, .bvh
 void requirePicture(const std::filesystem::path& file);
 
-/// Writes a film strip or a video, by the file's name.
+/// Writes a film strip, a video, a 3D scene or a skeleton, by the file's name.
 /// @return whether it is there: false when asked to stop before
 bool draw(const sim::Recording& recording, const std::filesystem::path& file,
           const DrawArguments& how, Interrupt& interrupt, bool quiet);
