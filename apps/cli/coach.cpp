@@ -14,11 +14,16 @@
 #include "apps/cli/pictures.h"
 #include "apps/cli/progress.h"
 #include "apps/cli/verbs.h"
+#include "traceur/clip/bvh.h"
+#include "traceur/coach/demonstration.h"
 #include "traceur/coach/lesson.h"
 #include "traceur/coach/why.h"
 #include "traceur/core/error.h"
+#include "traceur/core/pending_file.h"
 #include "traceur/core/printable.h"
 #include "traceur/core/text.h"
+#include "traceur/core/toml.h"
+#include "traceur/skill/skill.h"
 
 namespace traceur::cli {
 namespace {
@@ -29,6 +34,9 @@ struct CoachArguments {
   std::string script;
   std::string out;
   coach::LessonOptions options;
+  std::string clip;  // what a script is to be written from
+  std::string robot = "athlete";
+  double metre = 100;
   bool readings = false;
   bool session = false;
   bool quiet = false;
@@ -112,7 +120,33 @@ void report(const coach::Lesson& lesson, const coach::Script& script) {
   print("  run file   {0}\n  film       traceur render {0}\n", lesson.whole.string());
 }
 
+/// Writes the script from what a clip shows.
+int writeScript(const CoachArguments& a) {
+  if (std::filesystem::exists(a.script)) {
+    throw InputError(
+        fmt::format("{}: is there already; a script from a clip is a new file", a.script));
+  }
+  const clip::Clip clip = clip::fromBvh(readFile(a.clip), a.clip, a.metre);
+  const auto robot =
+      std::make_shared<sim::Robot>(sim::Robot::fromFile(skill::findRobot(a.robot, ".")));
+  const auto model = sim::Model::fromScene({.robot = robot});
+  const std::string name = std::filesystem::path(a.clip).filename().string();
+  const std::string text = [&] {
+    try {
+      return coach::scriptOf(clip, model, "From " + printable(name));
+    } catch (const InputError& e) {
+      throw InputError(fmt::format("{}: {}", a.clip, e.what()));
+    }
+  }();
+  PendingFile out(a.script);
+  out.write(text);
+  out.commit();
+  if (!a.quiet) print("{}\n", a.script);
+  return kDone;
+}
+
 int coachScript(const CoachArguments& a) {
+  if (!a.clip.empty()) return writeScript(a);
   Interrupt interrupt;
   const coach::Script script = coach::Script::fromFile(a.script);
   if (!a.quiet && !a.json) {
@@ -187,11 +221,26 @@ void addCoach(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0, 1024));
   verb->add_option("--out", a->out, "Folder; default: runs/SCRIPT-seedN");
   verb->add_flag("--resume", a->options.resume, "Go on with what is in the folder");
+  verb->add_option("--from", a->options.from,
+                   "Another script's folder: phases begin with what was found there")
+      ->check(CLI::ExistingDirectory);
+  auto* demonstration = verb->add_option(
+      "--demonstration", a->clip,
+      "Only write SCRIPT, from the jump that a .bvh file shows: edit it, practise it");
+  verb->add_option("--robot", a->robot, "Of a demonstration: who is to do it")
+      ->needs(demonstration)
+      ->capture_default_str();
+  verb->add_option("--metre", a->metre,
+                   "Of a demonstration: the file's units in a metre; 100: centimetres")
+      ->check(CLI::Range(1e-3, 1e5))
+      ->needs(demonstration)
+      ->capture_default_str();
   verb->add_flag("--readings", a->readings,
                  "Only say what each instruction is understood as, and what it adds");
   verb->add_flag("--session", a->session,
                  "Go on in the folder with a prompt: type an instruction, see what comes of it")
       ->excludes("--readings");
+  demonstration->excludes("--readings")->excludes("--session")->excludes("--resume");
   verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
   verb->add_flag("--json", a->json, "Print one JSON object at the end");
   std::string phases = "Phases:\n";
@@ -204,6 +253,8 @@ void addCoach(CLI::App& program, int& exit_code) {
       "  traceur coach skills/athlete/precision-jump.coach\n"
       "  traceur coach skills/athlete/precision-jump.coach --readings\n"
       "  traceur coach skills/athlete/precision-jump.coach --session\n"
+      "  traceur coach skills/athlete/precision-jump-rail.coach --from runs/precision-jump-seed1\n"
+      "  traceur coach mine.coach --demonstration clip.bvh\n"
       "Exit code: 0 done, 1 failed, 2 wrong use, 3 a phase was not learned, 130 stopped by "
       "Ctrl-C.");
   verb->callback([a, &exit_code] { exit_code = coachScript(*a); });

@@ -50,6 +50,18 @@ grep -q "wings" "$dir/saved.coach" && complain "session: keeps what it did not u
 [ "$(hash_of "$dir/s/sink.run")" = "$(hash_of "$dir/out/sink.run")" ] ||
   complain "session: undo did not bring back what was"
 
+# A run goes to other programs, and a clip becomes a script.
+"$traceur" render "$dir/out/sink.run" "$dir/sink.bvh" "$dir/sink.glb" --quiet || complain "render for others: exit $?"
+head -c 9 "$dir/sink.bvh" | grep -q HIERARCHY || complain "no skeleton"
+[ "$(head -c 4 "$dir/sink.glb")" = glTF ] || complain "no scene"
+"$traceur" coach "$dir/mine.coach" --demonstration "$dir/sink.bvh" 2>"$dir/text" && complain "a clip without a jump passes"
+grep -q "sink.bvh: the clip shows no jump" "$dir/text" || complain "no jump: $(cat "$dir/text")"
+[ -e "$dir/mine.coach" ] && complain "a clip without a jump left a script"
+"$traceur" coach "$dir/sink.coach" --demonstration "$dir/sink.bvh" 2>"$dir/text" && complain "a script is written over"
+"$traceur" coach "$dir/mine.coach" --demonstration "$dir/text" 2>"$dir/no"
+[ $? -eq 2 ] && grep -q 'text:1: expected "HIERARCHY"' "$dir/no" || complain "no BVH: $(cat "$dir/no")"
+rm -f "$dir/no"
+
 printf 'Robot: athlete\nLeaning:\n  POSE stand\n  UNTIL feet leave\n' >"$dir/stuck.coach"
 "$traceur" coach "$dir/stuck.coach" --budget 2 --out "$dir/stuck" >"$dir/text" 2>/dev/null
 [ $? -eq 3 ] || complain "a phase that is not learned: another exit code"

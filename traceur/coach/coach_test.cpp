@@ -4,9 +4,12 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <set>
 
+#include "traceur/clip/test_clips.h"
+#include "traceur/coach/demonstration.h"
 #include "traceur/coach/lesson.h"
 #include "traceur/coach/why.h"
 #include "traceur/coach/words.h"
@@ -131,6 +134,20 @@ TEST(Script, NotesWhatIsSaidTwice) {
   ASSERT_EQ(s.notes.size(), 1U);
   EXPECT_EQ(s.notes[0].line, 2);
   EXPECT_EQ(s.instructions, 1);
+}
+
+TEST(Script, WhatIsAskedOfAllIsAskedOnceAndStandsFirst) {
+  const std::string phases = "Leaning: BALANCE; RELAX arms BY 30%\nLanding: FLEX knees BY 20deg\n";
+  const Script s =
+      athlete(phases + "All: RELAX arms BY 30%; RELAX arms BY 30%; BALANCE\nAll: BALANCE");
+  EXPECT_EQ(s.notes.size(), 2U);
+  ASSERT_EQ(s.phases.size(), 2U);
+  EXPECT_EQ(s.instructions, 5);
+  ASSERT_EQ(s.phases[1].instructions.size(), 3U);
+  EXPECT_EQ(s.phases[1].instructions[0].form, Form::kStiffness);
+  EXPECT_EQ(s.phases[1].instructions[2].form, Form::kFlex);
+  // What is wrong in it is said once, whatever is right.
+  EXPECT_THROW(athlete(phases + "All: BALANCE; BALANCE; nonsense; RELAX arms BY 30%"), InputError);
 }
 
 TEST(Instruction, TurnsTheScriptsAxesIntoTheWorlds) {
@@ -338,6 +355,109 @@ TEST_P(EveryRig, AddsSkillTextWhoseNumbersMoveTheBody) {
 
 // Compiling -------------------------------------------------------------------------------------
 
+TEST(Demonstration, IsFollowedJointByJoint) {
+  const sim::Recording shown = clip::tumbling("athlete");
+  const auto shared = athlete("Leaning: BALANCE").model;
+  const auto states = followed(clip::clipOf(shown), shared);
+  ASSERT_EQ(states.size(), shown.frames.size());
+  sim::World mine(shared);
+  sim::World theirs(shared);
+  for (size_t f = 1; f + 1 < states.size(); ++f) {
+    const sim::State& real = shown.frames[f].state;
+    for (const sim::Joint& j : shared->joints()) {
+      // A fall against a limit may turn a joint a little beyond it.
+      const double inside = std::clamp(real.q[j.q], j.limit.min, j.limit.max);
+      EXPECT_NEAR(states[f].q[j.q], inside, 1e-5 + 2 * std::abs(inside - real.q[j.q])) << j.name;
+    }
+    mine.reset(states[f]);
+    theirs.reset(real);
+    const Eigen::Vector3d L = theirs.snapshot().angularMomentum();
+    EXPECT_LT((mine.snapshot().angularMomentum() - L).norm(), 0.1 * L.norm()) << f;
+    EXPECT_LT((mine.snapshot().comVelocity() - theirs.snapshot().comVelocity()).norm(), 0.05) << f;
+  }
+}
+
+/// The clip with its bones called as motion capture does, the arms stretched out at rest.
+clip::Clip captured(clip::Clip c) {
+  const std::map<std::string, std::string> names = {{"pelvis", "Hips"},
+                                                    {"abdomen", "Spine"},
+                                                    {"chest", "Spine1"},
+                                                    {"head", "Head"},
+                                                    {"l_thigh", "LeftUpLeg"},
+                                                    {"l_shank", "LeftLeg"},
+                                                    {"l_foot", "LeftFoot"},
+                                                    {"l_toe", "LeftToeBase"},
+                                                    {"r_thigh", "RightUpLeg"},
+                                                    {"r_shank", "RightLeg"},
+                                                    {"r_foot", "RightFoot"},
+                                                    {"r_toe", "RightToeBase"},
+                                                    {"l_upper_arm", "LeftArm"},
+                                                    {"l_forearm", "LeftForeArm"},
+                                                    {"l_hand", "LeftHand"},
+                                                    {"r_upper_arm", "RightArm"},
+                                                    {"r_forearm", "RightForeArm"},
+                                                    {"r_hand", "RightHand"}};
+  std::vector<std::string> was;
+  for (clip::Joint& j : c.joints) {
+    was.push_back(j.name);
+    j.name = names.at(j.name);
+  }
+  for (size_t j = 0; j < c.joints.size(); ++j) {
+    // Each arm turned at the shoulder, left up to the left: from z down to y.
+    const bool upper = was[j].ends_with("upper_arm");
+    const double side = was[j][0] == 'l' ? 1 : -1;
+    const Eigen::Matrix3d out =
+        Eigen::AngleAxisd(side * M_PI / 2, Eigen::Vector3d::UnitX()).matrix();
+    const bool below = was[j].ends_with("forearm") || was[j].ends_with("hand");
+    if (!upper && !below) continue;
+    c.joints[j].tip = out * c.joints[j].tip;
+    if (below) c.joints[j].offset = out * c.joints[j].offset;
+    for (clip::Frame& f : c.frames) {
+      const Eigen::Quaterniond q(out);
+      f.rotation[j] = upper ? f.rotation[j] * q.conjugate() : q * f.rotation[j] * q.conjugate();
+      if (below) f.position[j] = out * f.position[j];
+    }
+  }
+  return c;
+}
+
+TEST(Demonstration, KnowsWhatMotionCaptureCallsBones) {
+  const clip::Clip own = clip::clipOf(clip::tumbling("athlete"));
+  const clip::Clip theirs = captured(own);
+  const auto shared = athlete("Leaning: BALANCE").model;
+  const auto a = followed(own, shared);
+  const auto b = followed(theirs, shared);
+  const sim::BodyId hand = shared->body("l_hand");
+  sim::World mine(shared);
+  sim::World other(shared);
+  for (size_t f = 0; f < a.size(); ++f) {
+    mine.place(a[f]);
+    other.place(b[f]);
+    EXPECT_LT((mine.snapshot().bodyPosition(hand) - other.snapshot().bodyPosition(hand)).norm(),
+              0.02)
+        << f;
+  }
+}
+
+TEST(Demonstration, RefusesWhatItCannotFollow) {
+  const auto shared = athlete("Leaning: BALANCE").model;
+  const auto told = [&](const clip::Clip& c) {
+    try {
+      coach::scriptOf(c, shared, "x");
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  clip::Clip c = clip::clipOf(clip::tumbling("athlete"));
+  EXPECT_EQ(told(c), "");
+  clip::Clip still = c;
+  still.frames.assign(50, c.frames[0]);
+  EXPECT_NE(told(still).find("the clip shows no jump"), std::string::npos);
+  c.joints[0].name = "bone";
+  EXPECT_NE(told(c).find("no bone of the clip is pelvis's"), std::string::npos) << told(c);
+}
+
 TEST(Compile, GivesThePublishedScriptTheRigsOfTheTable) {
   const Script s = athlete(kPublished);
   std::map<std::string, Reading> by_text;
@@ -511,6 +631,23 @@ TEST(Lesson, GoesOnFromWhatWasFoundWhenTheScriptChanges) {
   const Lesson again =
       practise(athlete("Leaning: FLEX elbows BY 10 deg" + std::string(kHop)), folder / "l", o);
   EXPECT_EQ(practice::Run::open(again.phases[1].run).meta().search.from, aside);
+}
+
+TEST(Lesson, BeginsWithWhatAnotherScriptsFolderHas) {
+  const TestFolder folder;
+  LessonOptions o{.seed = 3, .budget = 8, .threads = 2};
+  practise(athlete(kHop), folder / "l", o);
+  o.from = folder / "l";
+  const Script other = athlete("Scene: floor friction 0.9\n" + std::string(kHop));
+  const Lesson after = practise(other, folder / "other", o);
+  ASSERT_FALSE(after.whole.empty());
+  const std::string there = (folder / "l" / "2-thrusting.run").string();
+  const practice::Run run = practice::Run::open(after.phases[1].run);
+  EXPECT_EQ(run.meta().search.from, there);
+  EXPECT_EQ(run.meta().search.experience, there);
+  // Going on, it does not begin there again.
+  o.resume = true;
+  EXPECT_EQ(practise(other, folder / "other", o).trials, after.trials);
 }
 
 /// Faults put in on purpose are named.

@@ -58,21 +58,31 @@ struct Earlier {
   std::string experience, from;  ///< runs of the phase as it was
 };
 
+/// Whether what failed in that run fails here, too: the same parameters, the same ways to fail.
+bool teaches(const practice::Run& run, const skill::Skill& skill) {
+  std::vector<std::string> constraints;
+  for (const skill::Failure& f : skill.failures) constraints.push_back(f.name);
+  const auto same = [](const ParamSpec& a, const ParamSpec& b) {
+    return a.name == b.name && a.min == b.min && a.max == b.max;
+  };
+  return std::ranges::equal(run.meta().parameters, skill.parameters, same) &&
+         run.meta().constraints == constraints;
+}
+
+/// What another script's folder has of the phase.
+Earlier elsewhere(const fs::path& run, const skill::Skill& skill) {
+  if (!fs::exists(run)) return {};
+  const practice::Run r = practice::Run::open(run);
+  if (!r.outcome() || !r.progress().best) return {};
+  return {0, teaches(r, skill) ? run.string() : "", run.string()};
+}
+
 /// A run of another text, or of another beginning, is moved aside.
 /// @param moved_on  a phase before it ends elsewhere now
 /// @param changed   … because its text has; and whether one has, this phase's included
 Earlier keepEarlier(const fs::path& run, const skill::Skill& skill, bool moved_on, bool& changed) {
   const fs::path aside = fs::path(run).replace_extension(".before.run");
   if (!fs::exists(run)) return {};
-  const auto teaches = [&](const practice::Run& r) {
-    std::vector<std::string> constraints;
-    for (const skill::Failure& f : skill.failures) constraints.push_back(f.name);
-    const auto same = [](const ParamSpec& a, const ParamSpec& b) {
-      return a.name == b.name && a.min == b.min && a.max == b.max;
-    };
-    return std::ranges::equal(r.meta().parameters, skill.parameters, same) &&
-           r.meta().constraints == constraints;
-  };
   bool found = false;
   bool same_search = false;
   {
@@ -84,7 +94,7 @@ Earlier keepEarlier(const fs::path& run, const skill::Skill& skill, bool moved_o
       return {r.progress().evaluations, meta.search.experience, meta.search.from};
     }
     found = r.outcome() && r.progress().best.has_value();
-    same_search = teaches(r);
+    same_search = teaches(r, skill);
   }
   for (const char* tail : {"", "-wal", "-shm"}) fs::remove(aside.string() + tail);
   fs::rename(run, aside);
@@ -135,8 +145,11 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     drafts.push_back(compiled.draft);
     write(p.skill, compiled.text);
     const auto skill = skill::Skill::fromText(compiled.text, p.skill);
-    const Earlier earlier =
-        options.resume ? keepEarlier(p.run, *skill, moved_on, changed) : Earlier{};
+    Earlier earlier = options.resume ? keepEarlier(p.run, *skill, moved_on, changed) : Earlier{};
+    const bool goes_on = options.resume && fs::exists(p.run);
+    if (!options.from.empty() && earlier.from.empty() && !goes_on) {
+      earlier = elsewhere(options.from / p.run.filename(), *skill);
+    }
     const practice::SearchOptions search{
         .seed = options.seed + k,
         .budget = options.budget * static_cast<int>(skill->parameters.size()) +

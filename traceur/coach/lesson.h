@@ -21,6 +21,8 @@ struct LessonOptions {
   /// 576].
   int budget = 48;
   bool resume = false;
+  /// Another script's folder: a phase of the same number and name begins with what was found there.
+  std::filesystem::path from = {};
   int threads = 0;  ///< 0: one for each processor; changes no result
   std::stop_token stop = {};
   /// Of a phase: its name, its trials in all, and how far the search is.

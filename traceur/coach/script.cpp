@@ -105,6 +105,9 @@ class Reader {
     interpreter_.emplace(*script_.model, script_.axes, script_.readings, surfaces);
     for (const Section& s : sections_) phase(s);
     for (const Section& s : sections_) all(s);
+    for (Phase& p : script_.phases) {
+      p.instructions.insert(p.instructions.begin(), of_all_.begin(), of_all_.end());
+    }
     if (script_.phases.empty() && wrong_.empty()) {
       wrong_.add(0, 0, fmt::format("no phase: expected one of {}", kindNames()));
     }
@@ -232,26 +235,21 @@ class Reader {
     Phase& phase = phaseNamed(heading, *kind);
     for (const Piece& p : s.lines) {
       try {
-        if (!structure(phase, p)) instruct(phase, p);
+        if (!structure(phase, p) && add(phase.instructions, p)) ++script_.instructions;
       } catch (const Misunderstanding& m) {
         wrong_.add(p.line, p.column + m.column - 1, m.reason);
       }
     }
   }
-  /// What is asked of all phases is asked first: a phase's own instructions replace it.
+  /// What is asked of all phases is put before a phase's own instructions, which so replace it.
   void all(const Section& s) {
     if (lowered(s.heading.text) != "all") return;
     for (const Piece& p : s.lines) {
-      for (Phase& phase : script_.phases) {
-        try {
-          instruct(phase, p, &phase == &script_.phases.front());
-          std::rotate(phase.instructions.begin() + all_, phase.instructions.end() - 1,
-                      phase.instructions.end());
-        } catch (const Misunderstanding& m) {
-          wrong_.add(p.line, p.column + m.column - 1, m.reason);
-        }
+      try {
+        if (add(of_all_, p)) ++script_.instructions;
+      } catch (const Misunderstanding& m) {
+        wrong_.add(p.line, p.column + m.column - 1, m.reason);
       }
-      ++all_;
     }
   }
   Phase& phaseNamed(const std::string& name, const PhaseKind& kind) {
@@ -267,17 +265,16 @@ class Reader {
     return script_.phases.emplace_back(p);
   }
 
-  void instruct(Phase& phase, const Piece& p, bool counts = true) {
+  /// False where the same is said already.
+  bool add(std::vector<Instruction>& to, const Piece& p) {
     Instruction i = interpreter_->understand(p.text);
     i.line = p.line;
-    for (Instruction& before : phase.instructions) {
-      if (before.means == i.means) {
-        note(p, fmt::format("said twice: \"{}\"", i.means));
-        return;
-      }
+    if (std::ranges::find(to, i.means, &Instruction::means) != to.end()) {
+      note(p, fmt::format("said twice: \"{}\"", i.means));
+      return false;
     }
-    phase.instructions.push_back(i);
-    if (counts) ++script_.instructions;
+    to.push_back(std::move(i));
+    return true;
   }
   void note(const Piece& p, std::string text) {
     script_.notes.push_back({script_.file.string(), p.line, p.column, std::move(text)});
@@ -369,7 +366,7 @@ class Reader {
   Script script_;
   std::optional<Interpreter> interpreter_;
   int start_line_ = 0, start_column_ = 0;
-  int all_ = 0;  // instructions of all phases so far
+  std::vector<Instruction> of_all_;
 };
 
 }  // namespace
