@@ -8,6 +8,10 @@ target_compile_options(traceur_flags INTERFACE
   $<BUILD_INTERFACE:-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off>
   $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:Clang>:-Wno-missing-field-initializers>>  # it has no eye for members' defaults
   $<BUILD_INTERFACE:$<$<BOOL:${TRACEUR_WERROR}>:-Werror>>)
+if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  # Files of one compilation see each other's anonymous names, which is no fault of theirs.
+  target_compile_options(traceur_flags INTERFACE $<BUILD_INTERFACE:-Wno-shadow -Wno-subobject-linkage>)
+endif()
 if(TRACEUR_SANITIZE)
   target_compile_options(traceur_flags INTERFACE
     $<BUILD_INTERFACE:-fsanitize=${TRACEUR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all>
