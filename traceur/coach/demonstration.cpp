@@ -47,16 +47,22 @@ struct Called {
   std::array<std::string_view, 2> body;
 };
 constexpr Called kCalled[] = {
-    {"hips", {"pelvis", ""}},     {"hip", {"pelvis", ""}},      {"spine", {"abdomen", "chest"}},
-    {"spine1", {"chest", ""}},    {"chest", {"chest", ""}},     {"head", {"head", ""}},
-    {"upleg", {"thigh", ""}},     {"thigh", {"thigh", ""}},     {"leg", {"shank", ""}},
-    {"shin", {"shank", ""}},      {"foot", {"foot", ""}},       {"toebase", {"toe", ""}},
-    {"arm", {"upper_arm", ""}},   {"shldr", {"upper_arm", ""}}, {"uparm", {"upper_arm", ""}},
-    {"forearm", {"forearm", ""}}, {"loarm", {"forearm", ""}},   {"hand", {"hand", ""}},
+    {"hips", {"pelvis", ""}},     {"hip", {"pelvis", "thigh"}},    {"spine", {"abdomen", "chest"}},
+    {"spine1", {"chest", ""}},    {"spine2", {"chest", ""}},       {"chest", {"chest", ""}},
+    {"chest2", {"chest", ""}},    {"head", {"head", ""}},          {"upleg", {"thigh", ""}},
+    {"thigh", {"thigh", ""}},     {"leg", {"shank", ""}},          {"shin", {"shank", ""}},
+    {"knee", {"shank", ""}},      {"foot", {"foot", ""}},          {"ankle", {"foot", ""}},
+    {"toebase", {"toe", ""}},     {"arm", {"upper_arm", ""}},      {"shldr", {"upper_arm", ""}},
+    {"uparm", {"upper_arm", ""}}, {"shoulder", {"upper_arm", ""}}, {"forearm", {"forearm", ""}},
+    {"loarm", {"forearm", ""}},   {"elbow", {"forearm", ""}},      {"hand", {"hand", ""}},
+    {"wrist", {"hand", ""}},
 };
 
 /// The robot's body that a bone is; empty: none.
-std::string bodyOf(const std::string& bone, const std::vector<std::string>& bodies) {
+/// @param by_joints  the clip calls a bone by the joint at its beginning: what it calls a shoulder
+///                   is an upper arm, and no collarbone
+std::string bodyOf(const std::string& bone, bool by_joints,
+                   const std::vector<std::string>& bodies) {
   const auto has = [&](const std::string& name) {
     return std::ranges::find(bodies, name) != bodies.end();
   };
@@ -76,6 +82,7 @@ std::string bodyOf(const std::string& bone, const std::vector<std::string>& bodi
     const bool short_side = side.empty() && word.size() == c.clip.size() + 1 &&
                             word.ends_with(c.clip) && (word[0] == 'l' || word[0] == 'r');
     if (word != c.clip && !short_side) continue;
+    if (c.clip == "shoulder" && !by_joints) continue;
     const std::string s = short_side ? std::string(1, word[0]) + "_" : side;
     for (const std::string_view body : c.body) {
       if (!body.empty() && has(s + std::string(body))) return s + std::string(body);
@@ -97,13 +104,19 @@ class Follower {
     }
     world_.place(model.initialState());
     const sim::Snapshot& s = world_.snapshot();
+    const bool by_joints = std::ranges::any_of(clip.joints, [](const clip::Joint& j) {
+      return j.name.ends_with("Elbow") || j.name.ends_with("elbow");
+    });
     for (size_t j = 0; j < clip.joints.size(); ++j) {
-      const std::string body = bodyOf(clip.joints[j].name, names);
-      const bool taken = std::ranges::any_of(
-          bones_, [&](const Bone& b) { return model.bodyName(b.body) == body; });
-      if (body.empty() || taken) continue;
+      const std::string body = bodyOf(clip.joints[j].name, by_joints, names);
+      if (body.empty()) continue;
       const sim::BodyId id = model.body(body);
-      bones_.push_back({j, id, s.bodyRotation(id)});
+      const auto taken = std::ranges::find(bones_, id, &Bone::body);
+      if (taken == bones_.end()) {
+        bones_.push_back({j, id, s.bodyRotation(id)});
+      } else if (body == "chest") {
+        taken->joint = j;  // of several the one that carries the arms: the last
+      }
     }
     if (bones_.empty() || bones_[0].body != model.root()) {
       throw InputError(fmt::format(
@@ -388,17 +401,17 @@ class Describer {
     world_.place(state);
     const sim::Snapshot& s = world_.snapshot();
     const auto& feet = robot_.bodies.at("feet");
-    const auto isFoot = [&](sim::BodyId b) {
+    const auto is_foot = [&](sim::BodyId b) {
       return std::ranges::find(feet, model_.bodyName(b)) != feet.end();
     };
     for (const sim::Joint& j : model_.joints()) {
       const sim::BodyId body = model_.bodyOf(j);
-      if (!isFoot(body)) continue;
+      if (!is_foot(body)) continue;
       const Vector3d axis = s.bodyRotation(body).transpose() * s.jointAxis(j);
       if (std::abs(axis.y()) < 0.9) continue;  // it turns the foot in another way
       double& q = state.q[j.q];
       // Toes lie as the sole does.
-      q = isFoot(model_.parent(body)) ? 0 : q - sim::rpyOf(s.bodyRotation(body)).y() / axis.y();
+      q = is_foot(model_.parent(body)) ? 0 : q - sim::rpyOf(s.bodyRotation(body)).y() / axis.y();
       q = std::clamp(q, j.limit.min, j.limit.max);
     }
     return state;

@@ -62,7 +62,7 @@ Shape ball(const Vector3d& axes, double half) {
       s.normals.emplace_back(u.cwiseQuotient(axes).normalized().cast<float>());
     }
   }
-  constexpr std::uint32_t kRow = kSlices + 1;
+  static constexpr std::uint32_t kRow = kSlices + 1;
   for (std::uint32_t i = 0; i <= kStacks; ++i) {
     for (std::uint32_t k = 0; k < kSlices; ++k) {
       const std::uint32_t at = i * kRow + k;
