@@ -36,7 +36,6 @@ struct CoachArguments {
   coach::LessonOptions options;
   std::string clip;  // what a script is to be written from
   std::string robot = "athlete";
-  double metre = 100;
   bool readings = false;
   bool session = false;
   bool quiet = false;
@@ -126,7 +125,7 @@ int writeScript(const CoachArguments& a) {
     throw InputError(
         fmt::format("{}: is there already; a script from a clip is a new file", a.script));
   }
-  const clip::Clip clip = clip::fromBvh(readFile(a.clip), a.clip, a.metre);
+  const clip::Clip clip = clip::fromBvh(readFile(a.clip), a.clip);
   const auto robot =
       std::make_shared<sim::Robot>(sim::Robot::fromFile(skill::findRobot(a.robot, ".")));
   const auto model = sim::Model::fromScene({.robot = robot});
@@ -228,11 +227,6 @@ void addCoach(CLI::App& program, int& exit_code) {
       "--demonstration", a->clip,
       "Only write SCRIPT, from the jump that a .bvh file shows: edit it, practise it");
   verb->add_option("--robot", a->robot, "Of a demonstration: who is to do it")
-      ->needs(demonstration)
-      ->capture_default_str();
-  verb->add_option("--metre", a->metre,
-                   "Of a demonstration: the file's units in a metre; 100: centimetres")
-      ->check(CLI::Range(1e-3, 1e5))
       ->needs(demonstration)
       ->capture_default_str();
   verb->add_flag("--readings", a->readings,

@@ -438,6 +438,11 @@ clip::Clip captured(clip::Clip c, const Names& names) {
       if (below) f.position[j] = out * f.position[j];
     }
   }
+  // Somebody a half larger.
+  for (clip::Joint& j : c.joints) j.offset *= 1.5, j.tip *= 1.5;
+  for (clip::Frame& f : c.frames) {
+    for (Eigen::Vector3d& p : f.position) p *= 1.5;
+  }
   return c;
 }
 

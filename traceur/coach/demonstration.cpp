@@ -176,6 +176,31 @@ class Follower {
       }
       bones_[i].at_rest = turn * bones_[i].at_rest;
     }
+    scale(at);
+  }
+  /// Whoever shows it has other legs, and a file may be in any unit.
+  void scale(const std::vector<Vector3d>& at) {
+    const sim::Snapshot& s = world_.snapshot();
+    double mine = 0;
+    double theirs = 0;
+    const auto is_foot = [&](const Bone& b) {
+      const auto feet = model_.robot()->bodies.find("feet");
+      return feet != model_.robot()->bodies.end() &&
+             std::ranges::find(feet->second, model_.bodyName(b.body)) != feet->second.end();
+    };
+    for (const Bone& foot : bones_) {
+      const int shank = knownUnder(foot);
+      if (!is_foot(foot) || shank <= 0 || is_foot(bones_[static_cast<size_t>(shank)])) continue;
+      const int thigh = knownUnder(bones_[static_cast<size_t>(shank)]);
+      if (thigh <= 0) continue;
+      for (const auto& [above, below] :
+           {std::pair(bones_[static_cast<size_t>(thigh)], bones_[static_cast<size_t>(shank)]),
+            {bones_[static_cast<size_t>(shank)], foot}}) {
+        mine += (anchor(s, above.body) - anchor(s, below.body)).norm();
+        theirs += (at[above.joint] - at[below.joint]).norm();
+      }
+    }
+    if (theirs > 0) scale_ = mine / theirs;
   }
 
   /// The nearest known bone that carries this one; -1: none.
@@ -199,7 +224,7 @@ class Follower {
     const auto wanted = [&](const Bone& b) -> Matrix3d { return places[b.joint].R * b.at_rest; };
     const auto root_q = model_.rootQ();
     const Eigen::Quaterniond root(wanted(bones_[0]));
-    state.q.segment<3>(root_q) = places[bones_[0].joint].p;
+    state.q.segment<3>(root_q) = scale_ * places[bones_[0].joint].p;
     state.q.segment<4>(root_q + 3) << root.w(), root.x(), root.y(), root.z();
     const auto n = static_cast<Eigen::Index>(model_.joints().size());
     static constexpr int kSteps = 30;
@@ -257,6 +282,7 @@ class Follower {
   const sim::Model& model_;
   sim::World world_;
   std::vector<Bone> bones_;
+  double scale_ = 1;  // the robot's legs by the clip's
 };
 
 /// The mean of neighbours, so that a motion from cameras can be differentiated.

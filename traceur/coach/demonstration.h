@@ -10,7 +10,8 @@
 
 namespace traceur::coach {
 
-/// The clip's motion by the robot: the root where the clip's is, its hinges turned so that each
+/// The clip's motion by the robot: the root where the clip's is, by as much further or less as its
+/// legs are longer or shorter, its hinges turned so that each
 /// bone points as the clip's does (least squares within the hinges' limits, frame after frame).
 /// A bone of the clip is a body of the robot by its name, or by what motion capture usually calls
 /// it ("LeftUpLeg", "lShldr"). Where the clip's skeleton stands otherwise at rest, as with arms
