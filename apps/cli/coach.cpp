@@ -1,7 +1,11 @@
 // traceur coach: teach a skill in words.
 #include <fmt/format.h>
 
+#include <array>
+#include <cctype>
+#include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -23,11 +27,14 @@
 #include "traceur/core/printable.h"
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
+#include "traceur/practice/run.h"
+#include "traceur/render/film_strip.h"
 #include "traceur/skill/skill.h"
 
 namespace traceur::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 struct CoachArguments {
@@ -144,6 +151,40 @@ int writeScript(const CoachArguments& a) {
   return kDone;
 }
 
+using NamedFolder = std::pair<std::string, fs::path>;
+
+/// What two lessons' phases came to, and both motions, one under the other.
+void compare(const coach::Script& script, const NamedFolder& a, const NamedFolder& b,
+             const fs::path& picture) {
+  std::map<std::string, std::array<std::string, 2>> costs;  // by the phase's file
+  for (const size_t side : {0, 1}) {
+    for (const auto& entry : fs::directory_iterator(side == 0 ? a.second : b.second)) {
+      const std::string file = entry.path().filename().string();
+      const bool phase = std::isdigit(static_cast<unsigned char>(file[0])) &&
+                         file.ends_with(".run") && !file.ends_with(".before.run");
+      if (!phase) continue;
+      const auto best = practice::Run::open(entry.path()).progress().best;
+      if (best)
+        costs[file.substr(0, file.size() - 4)][side] = fmt::format("{:.3g}", best->evaluation.cost);
+    }
+  }
+  print("{:<20} {:>12} {:>12}\n", "cost", printable(a.first), printable(b.first));
+  for (const auto& [phase, of] : costs) {
+    print("{:<20} {:>12} {:>12}\n", printable(phase), of[0].empty() ? "-" : of[0],
+          of[1].empty() ? "-" : of[1]);
+  }
+  std::vector<render::TitledRecording> recordings;
+  for (const auto& [name, folder] : {a, b}) {
+    const fs::path run = folder / (fileNamePart(script.name) + ".run");
+    if (!fs::exists(run)) continue;  // a phase was not learned
+    recordings.push_back({name, practice::Run::open(run).recording()});
+  }
+  if (recordings.empty()) return;
+  static constexpr int kPanels = 8;
+  render::writePng(render::filmStrips(recordings, {.count = kPanels, .columns = kPanels}), picture);
+  print("  film strips {}\n", picture.string());
+}
+
 int coachScript(const CoachArguments& a) {
   if (!a.clip.empty()) return writeScript(a);
   Interrupt interrupt;
@@ -186,6 +227,12 @@ int coachScript(const CoachArguments& a) {
               draw(practice::Run::open(lesson.whole).recording(), strip, {.size = {300, 300}},
                    interrupt, true);
               print("  film strip {}\n", strip);
+            },
+        .compare =
+            [&](const auto& one, const auto& other) {
+              compare(
+                  script, one, other,
+                  fs::path(folder) / "branches" / fmt::format("{}-{}.png", one.first, other.first));
             }};
     return runSession(script, folder, std::cin, hooks);
   }

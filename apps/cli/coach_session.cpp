@@ -16,6 +16,7 @@
 #include "traceur/core/pending_file.h"
 #include "traceur/core/printable.h"
 #include "traceur/core/text.h"
+#include "traceur/core/toml.h"
 
 namespace traceur::cli {
 namespace {
@@ -25,6 +26,9 @@ namespace fs = std::filesystem;
 constexpr const char* kHelp =
     "  PHASE: INSTRUCTION   as \"landing: bend your knees a bit more\"; the phase is kept\n"
     "  undo, redo           the last instruction\n"
+    "  branch NAME          keeps what there is now under a name\n"
+    "  switch NAME          goes back to it; undo comes back\n"
+    "  compare NAME NAME    two of them, phase by phase and in one picture; \"now\" is this one\n"
     "  why                  why a phase was not learned, and what would help\n"
     "  show                 the script\n"
     "  save FILE            the script, elsewhere\n"
@@ -65,6 +69,12 @@ class Session {
     if (line == "show") return writeResult(printableLines(texts_[at_]));
     if (line == "undo" || line == "redo") return step(line == "undo" ? -1 : 1);
     if (line.starts_with("save ")) return save(line.substr(5));
+    const std::vector<std::string> words = wordsOf(line);
+    if (words[0] == "branch" && words.size() == 2) return branch(words[1]);
+    if (words[0] == "switch" && words.size() == 2) return goTo(words[1]);
+    if (words[0] == "compare" && words.size() == 3) {
+      return hooks_.compare({words[1], kept(words[1])}, {words[2], kept(words[2])});
+    }
     instruct(line);
   }
   void why() {
@@ -95,6 +105,47 @@ class Session {
     }
   }
   void restore() { copyFiles(history(), folder_); }
+
+  static std::vector<std::string> wordsOf(const std::string& line) {
+    std::vector<std::string> words;
+    for (std::string& word : split(line, ' ')) {
+      if (!word.empty()) words.push_back(std::move(word));
+    }
+    return words;
+  }
+  fs::path branches() const { return folder_ / "branches"; }
+  /// Where a branch is kept.
+  fs::path kept(const std::string& name) const {
+    if (name == "now") return folder_;
+    std::vector<std::string> names{"now"};
+    if (fs::exists(branches())) {
+      for (const auto& entry : fs::directory_iterator(branches())) {
+        if (entry.is_directory()) names.push_back(entry.path().filename().string());
+      }
+    }
+    std::ranges::sort(names);
+    if (std::ranges::find(names, name) != names.end()) return branches() / name;
+    throw InputError(fmt::format("no branch \"{}\": expected one of {}.{}", name, join(names),
+                                 didYouMean(name, names)));
+  }
+  void branch(const std::string& name) {
+    if (name == "now" || fileNamePart(name) != name || name.starts_with('.')) {
+      throw InputError(fmt::format(
+          "\"{}\" is no name of a branch: expected letters, digits, '-' and '_', and not \"now\"",
+          name));
+    }
+    copyFiles(folder_, branches() / name);
+    print("kept as {}\n", name);
+  }
+  void goTo(const std::string& name) {
+    const fs::path from = kept(name);
+    if (name == "now") return;
+    texts_.resize(at_ + 1);
+    texts_.push_back(readFile(from / "script.coach"));
+    ++at_;
+    copyFiles(from, folder_);
+    practise(read(), false);  // all of it is there
+  }
   /// The script for a terminal, line by line.
   static std::string printableLines(const std::string& text) {
     std::string out;

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
+#include <string>
+#include <utility>
 
 #include "traceur/coach/lesson.h"
 
@@ -14,6 +16,10 @@ struct SessionHooks {
   std::function<coach::Lesson(const coach::Script&)> practise;
   std::function<void(const coach::Lesson&, const coach::Script&)> report;
   std::function<void(const coach::Lesson&)> draw;
+  /// Two folders of lessons, with their names: says what each phase came to, and draws both.
+  std::function<void(const std::pair<std::string, std::filesystem::path>&,
+                     const std::pair<std::string, std::filesystem::path>&)>
+      compare;
 };
 
 /// Reads lines until their end or "quit": an instruction, with its phase before it or for the phase

@@ -39,11 +39,18 @@ grep -q -- "--resume" "$dir/text" || complain "a second run is not told of --res
 
 # A session: an instruction changes the script, one that is not understood does not, undo takes it back.
 hash_of() { "$traceur" show "$1" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["hash"])'; }
-printf 'show\nleaning: bend your elbows to 60 degrees\nflap your wings\nsave %s\nundo\nquit\n' "$dir/saved.coach" |
-  "$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/s" --session >"$dir/text" 2>/dev/null ||
+printf 'show\nbranch first\nleaning: bend your elbows to 60 degrees\nbranch bent\nbranch ..\ncompare first bent\nswitch frst\nflap your wings\nsave %s\nswitch first\nundo\nundo\nquit\n' "$dir/saved.coach" |
+  "$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/s" --session >"$dir/text" 2>"$dir/complaints" ||
   complain "session: exit $?"
 grep -q "^> Robot: athlete$" "$dir/text" || complain "session: show does not show the script"
 grep -q "understood: FLEX elbows BY 60 deg" "$dir/text" || complain "session: $(cat "$dir/text")"
+grep -q '^1-leaning  *[0-9.e-]*  *[0-9.e-]*$' "$dir/text" || complain "session: compare: $(cat "$dir/text")"
+[ -s "$dir/s/branches/first-bent.png" ] || complain "session: compare draws nothing"
+cmp -s "$dir/s/branches/first/sink.toml" "$dir/out/sink.toml" || complain "session: a branch is not what was"
+cmp -s "$dir/s/branches/bent/sink.toml" "$dir/out/sink.toml" && complain "session: branches are the same"
+grep -q '".." is no name of a branch' "$dir/complaints" || complain "session: a branch may be anywhere"
+grep -q 'no branch "frst": expected one of bent, first, now. Did you mean "first"?' "$dir/complaints" ||
+  complain "session: $(cat "$dir/complaints")"
 [ -s "$dir/s/strip.png" ] || complain "session: no film strip"
 grep -q "^  bend your elbows to 60 degrees$" "$dir/saved.coach" || complain "session: saved another script"
 grep -q "wings" "$dir/saved.coach" && complain "session: keeps what it did not understand"
