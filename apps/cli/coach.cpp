@@ -147,7 +147,11 @@ int writeScript(const CoachArguments& a) {
   PendingFile out(a.script);
   out.write(text);
   out.commit();
-  if (!a.quiet) print("{}\n", a.script);
+  if (a.json) {
+    printJson(Json{{"script", a.script}});
+  } else if (!a.quiet) {
+    print("{}\n", a.script);
+  }
   return kDone;
 }
 
@@ -281,7 +285,9 @@ void addCoach(CLI::App& program, int& exit_code) {
   verb->add_flag("--session", a->session,
                  "Go on in the folder with a prompt: type an instruction, see what comes of it")
       ->excludes("--readings");
-  demonstration->excludes("--readings")->excludes("--session")->excludes("--resume");
+  for (const char* other : {"--readings", "--session", "--resume", "--from", "--out"}) {
+    demonstration->excludes(other);
+  }
   verb->add_flag("--quiet", a->quiet, "Print nothing but errors");
   verb->add_flag("--json", a->json, "Print one JSON object at the end");
   std::string phases = "Phases:\n";

@@ -7,6 +7,8 @@
 #include <istream>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "apps/cli/output.h"
@@ -73,7 +75,15 @@ class Session {
     if (words[0] == "branch" && words.size() == 2) return branch(words[1]);
     if (words[0] == "switch" && words.size() == 2) return goTo(words[1]);
     if (words[0] == "compare" && words.size() == 3) {
-      return hooks_.compare({words[1], kept(words[1])}, {words[2], kept(words[2])});
+      const std::pair one{words[1], kept(words[1])};
+      const std::pair other{words[2], kept(words[2])};
+      fs::create_directories(branches());  // where their picture goes
+      return hooks_.compare(one, other);
+    }
+    for (const char* command : {"branch NAME", "switch NAME", "compare NAME NAME", "save FILE"}) {
+      if (std::string_view(command).starts_with(line + " ")) {
+        throw InputError(fmt::format("\"{}\": expected \"{}\"", line, command));
+      }
     }
     instruct(line);
   }
@@ -133,6 +143,9 @@ class Session {
       throw InputError(fmt::format(
           "\"{}\" is no name of a branch: expected letters, digits, '-' and '_', and not \"now\"",
           name));
+    }
+    if (fs::exists(branches() / name)) {
+      throw InputError(fmt::format("there is a branch \"{}\" already", name));
     }
     copyFiles(folder_, branches() / name);
     print("kept as {}\n", name);

@@ -39,7 +39,7 @@ grep -q -- "--resume" "$dir/text" || complain "a second run is not told of --res
 
 # A session: an instruction changes the script, one that is not understood does not, undo takes it back.
 hash_of() { "$traceur" show "$1" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["hash"])'; }
-printf 'show\nbranch first\nleaning: bend your elbows to 60 degrees\nbranch bent\nbranch ..\ncompare first bent\nswitch frst\nflap your wings\nsave %s\nswitch first\nundo\nundo\nquit\n' "$dir/saved.coach" |
+printf 'show\nbranch first\nbranch first\nbranch\ncompare now first\nleaning: bend your elbows to 60 degrees\nbranch bent\nbranch ..\ncompare first bent\nswitch frst\nflap your wings\nsave %s\nswitch first\nundo\nundo\nquit\n' "$dir/saved.coach" |
   "$traceur" coach "$dir/sink.coach" --budget 2 --out "$dir/s" --session >"$dir/text" 2>"$dir/complaints" ||
   complain "session: exit $?"
 grep -q "^> Robot: athlete$" "$dir/text" || complain "session: show does not show the script"
@@ -48,6 +48,9 @@ grep -q '^1-leaning  *[0-9.e-]*  *[0-9.e-]*$' "$dir/text" || complain "session: 
 [ -s "$dir/s/branches/first-bent.png" ] || complain "session: compare draws nothing"
 cmp -s "$dir/s/branches/first/sink.toml" "$dir/out/sink.toml" || complain "session: a branch is not what was"
 cmp -s "$dir/s/branches/bent/sink.toml" "$dir/out/sink.toml" && complain "session: branches are the same"
+[ -s "$dir/s/branches/now-first.png" ] || complain "session: what is now cannot be compared"
+grep -q 'there is a branch "first" already' "$dir/complaints" || complain "session: a branch is written over"
+grep -q '"branch": expected "branch NAME"' "$dir/complaints" || complain "session: a branch needs no name"
 grep -q '".." is no name of a branch' "$dir/complaints" || complain "session: a branch may be anywhere"
 grep -q 'no branch "frst": expected one of bent, first, now. Did you mean "first"?' "$dir/complaints" ||
   complain "session: $(cat "$dir/complaints")"
@@ -56,6 +59,13 @@ grep -q "^  bend your elbows to 60 degrees$" "$dir/saved.coach" || complain "ses
 grep -q "wings" "$dir/saved.coach" && complain "session: keeps what it did not understand"
 [ "$(hash_of "$dir/s/sink.run")" = "$(hash_of "$dir/out/sink.run")" ] ||
   complain "session: undo did not bring back what was"
+
+mkdir "$dir/empty"
+"$traceur" coach "$dir/sink.coach" --from "$dir/empty" --out "$dir/from" 2>"$dir/text"
+[ $? -eq 2 ] && grep -q "empty: has no run of a phase of this script: expected 1-leaning.run" "$dir/text" ||
+  complain "from nothing: $(cat "$dir/text")"
+[ -e "$dir/from" ] && complain "from nothing left a folder"
+"$traceur" coach "$dir/sink.coach" --budget 2 --from "$dir/out" --out "$dir/from" --quiet || complain "from: exit $?"
 
 # A run goes to other programs, and a clip becomes a script.
 "$traceur" render "$dir/out/sink.run" "$dir/sink.bvh" "$dir/sink.glb" --quiet || complain "render for others: exit $?"

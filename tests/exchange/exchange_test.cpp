@@ -111,6 +111,21 @@ TEST_P(Exchange, AnotherProgramReadsTheScene) {
   }
 }
 
+TEST(ExchangedNames, MayBeAnyBytes) {
+  sim::Recording one;
+  one.mjcf =
+      "<mujoco><worldbody><body name=\"a\xff\"><freejoint/><geom size=\"0.1\"/></body>"
+      "</worldbody></mujoco>";
+  const auto model = sim::Model::fromMjcf(one.mjcf);
+  sim::World world(model);
+  one.frames.push_back(sim::frameOf(world.snapshot(), 0, Eigen::VectorXd(0)));
+  Assimp::Importer importer;
+  const std::string bytes = render::toGlb(one);
+  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "glb");
+  ASSERT_TRUE(scene) << importer.GetErrorString();
+  EXPECT_EQ(scene->mNumMeshes, 1U);
+}
+
 TEST(ExchangedShapes, ReachAsFarAsTheyDo) {
   sim::Recording one;
   one.mjcf = R"(<mujoco><worldbody>

@@ -35,6 +35,8 @@ Vector3d zxy(const Eigen::Matrix3d& R) {
   return {std::atan2(-R(0, 1), R(1, 1)), x, std::atan2(-R(2, 0), R(2, 2))};
 }
 
+constexpr double kShortest = 1e-4;  // between two frames [s]: no camera is as fast
+
 class Writer {
  public:
   explicit Writer(const Clip& clip) : clip_(clip) {
@@ -121,7 +123,9 @@ class Reader {
     expect("Frame");
     expect("Time:");
     clip_.interval = number("the time between two frames [s]");
-    if (!(clip_.interval > 0)) fail("a time between two frames above 0");
+    if (!(clip_.interval >= kShortest)) {
+      fail(fmt::format("a time between two frames of at least {} s", kShortest));
+    }
     for (size_t f = 0; f < frames; ++f) clip_.frames.push_back(frame());
     if (!word().empty()) fail("the end of the file");
     return std::move(clip_);

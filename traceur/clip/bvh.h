@@ -1,4 +1,4 @@
-// Clips as Biovision Hierarchy files, which every animation program reads.
+// Clips as Biovision Hierarchy files, which animation programs read.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace traceur::clip {
 
 /// Centimetres and y up, z forward, x left, as those programs take a file of no stated unit to be.
-/// Angles in degrees to nine digits, lengths to 10⁻⁷ m.
+/// Seven digits after the point of angles [deg], five of lengths.
 std::string toBvh(const Clip& clip);
 
 /// Any order of channels, any number of them. Where a file's skeleton stands at rest is at [0, 0,

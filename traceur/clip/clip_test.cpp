@@ -120,7 +120,8 @@ TEST(Bvh, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(told("Frames: 2", "Frames: 1"), "two.bvh:20: expected the end of the file, got \"10\"");
   EXPECT_EQ(told("Frames: 2", "Frames: 900000000"),
             "two.bvh:17: expected at most 2500000 frames of 2 joints, got \"900000000\"");
-  EXPECT_EQ(told("0.02", "0"), "two.bvh:18: expected a time between two frames above 0, got \"0\"");
+  EXPECT_EQ(told("0.02", "0"),
+            "two.bvh:18: expected a time between two frames of at least 0.0001 s, got \"0\"");
   EXPECT_EQ(told("1 Xrotation", "1 Wrotation"),
             "two.bvh:9: expected a channel, as Xrotation or Yposition, got \"Wrotation\"");
   EXPECT_EQ(told("-40 0\n    CH", "-40 nan\n    CH"), "two.bvh:8: expected a length, got \"nan\"");

@@ -482,6 +482,9 @@ TEST(Demonstration, RefusesWhatItCannotFollow) {
   clip::Clip still = c;
   still.frames.assign(50, c.frames[0]);
   EXPECT_NE(told(still).find("the clip shows no jump"), std::string::npos);
+  clip::Clip legless = c;
+  for (clip::Joint& j : legless.joints) j.name = j.name == "l_shank" ? "bone" : j.name;
+  EXPECT_NE(told(legless).find("athlete cannot follow the clip's legs"), std::string::npos);
   c.joints[0].name = "bone";
   EXPECT_NE(told(c).find("no bone of the clip is pelvis's"), std::string::npos) << told(c);
 }

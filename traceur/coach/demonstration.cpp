@@ -5,12 +5,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cctype>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <numbers>
-#include <optional>
 
 #include "traceur/core/error.h"
 #include "traceur/core/gravity.h"
@@ -32,8 +31,8 @@ constexpr double kShown = 2 * kPerDegree;  // smaller angles are left out of a p
 constexpr double kShortest = 0.1;          // of a flight [s, ours]
 constexpr double kTurns = 1;   // backward angular momentum that is meant [kg·m²/s, ours]
 constexpr double kLow = 0.02;  // [m]: so little above the lowest it has not yet pushed [ours]
-constexpr double kBeyond =
-    0.5;  // a push-off's pose is a target: at it, motors no longer push [ours]
+// A push-off's pose is a target: at it, motors no longer push [ours].
+constexpr double kBeyond = 0.5;
 // Half as deep as it sinks, the root as it stood: the rig of MOVE bends legs and root on, about the
 // key pose. As deep and inclined as the clip, three of three thrusts spun; half as deep with the
 // root inclined by 3, 6 and 9 degrees, 3, 2 and 1 of 3 landed [ours].
@@ -97,7 +96,11 @@ class Follower {
   Follower(const clip::Clip& clip, const std::shared_ptr<const sim::Model>& shared)
       : clip_(clip), model_(*shared), world_(shared) {
     const sim::Model& model = *shared;
+    assert(model.robot());
     if (model.rootDofs() == 0) throw InputError("a robot that is fixed follows no clip");
+    if (!model.robot()->bodies.contains("feet")) {
+      throw InputError(fmt::format("{} has no [bodies] called \"feet\"", model.robot()->name));
+    }
     std::vector<std::string> names;
     for (int b = 0; b < model.bodies(); ++b) {
       if (model.isRobot({b})) names.push_back(model.bodyName({b}));
@@ -183,16 +186,17 @@ class Follower {
     const sim::Snapshot& s = world_.snapshot();
     double mine = 0;
     double theirs = 0;
+    int legs = 0;
+    const auto& feet = model_.robot()->bodies.at("feet");
     const auto is_foot = [&](const Bone& b) {
-      const auto feet = model_.robot()->bodies.find("feet");
-      return feet != model_.robot()->bodies.end() &&
-             std::ranges::find(feet->second, model_.bodyName(b.body)) != feet->second.end();
+      return std::ranges::find(feet, model_.bodyName(b.body)) != feet.end();
     };
     for (const Bone& foot : bones_) {
       const int shank = knownUnder(foot);
       if (!is_foot(foot) || shank <= 0 || is_foot(bones_[static_cast<size_t>(shank)])) continue;
       const int thigh = knownUnder(bones_[static_cast<size_t>(shank)]);
       if (thigh <= 0) continue;
+      ++legs;
       for (const auto& [above, below] :
            {std::pair(bones_[static_cast<size_t>(thigh)], bones_[static_cast<size_t>(shank)]),
             {bones_[static_cast<size_t>(shank)], foot}}) {
@@ -200,7 +204,15 @@ class Follower {
         theirs += (at[above.joint] - at[below.joint]).norm();
       }
     }
-    if (theirs > 0) scale_ = mine / theirs;
+    if (legs < 2 || !(theirs > 0)) {
+      throw InputError(
+          fmt::format("{} cannot follow the clip's legs: expected bones of two thighs, shanks and "
+                      "feet that are "
+                      "called as its bodies, or as motion capture does while it calls them "
+                      "l_thigh, l_shank ...",
+                      model_.robot()->name));
+    }
+    scale_ = mine / theirs;
   }
 
   /// The nearest known bone that carries this one; -1: none.
@@ -282,7 +294,7 @@ class Follower {
   const sim::Model& model_;
   sim::World world_;
   std::vector<Bone> bones_;
-  double scale_ = 1;  // the robot's legs by the clip's
+  double scale_ = 1;  // length of the robot's legs by the clip's
 };
 
 /// The mean of neighbours, so that a motion from cameras can be differentiated.
@@ -306,9 +318,6 @@ class Describer {
         robot_(*model->robot()),
         states_(followed(clip, model)),
         world_(model) {
-    if (!robot_.bodies.contains("feet")) {
-      throw InputError(fmt::format("{} has no bodies called \"feet\"", robot_.name));
-    }
     sim::World& world = world_;
     for (const sim::State& s : states_) {
       world.place(s);

@@ -16,7 +16,8 @@ namespace traceur::coach {
 /// A bone of the clip is a body of the robot by its name, or by what motion capture usually calls
 /// it ("LeftUpLeg", "lShldr"). Where the clip's skeleton stands otherwise at rest, as with arms
 /// stretched out, its bones' directions count, not its angles.
-/// @throws InputError where no bone is known, or the root is not among them
+/// @param model  with a robot's file
+/// @throws InputError where the root or a leg is not known among the bones
 std::vector<sim::State> followed(const clip::Clip& clip,
                                  const std::shared_ptr<const sim::Model>& model);
 

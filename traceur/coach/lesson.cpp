@@ -69,6 +69,20 @@ bool teaches(const practice::Run& run, const skill::Skill& skill) {
          run.meta().constraints == constraints;
 }
 
+/// "1-leaning": the name of a phase's files.
+std::string stemOf(const Script& script, size_t phase) {
+  return fmt::format("{}-{}", phase + 1, script.phases[phase].name);
+}
+
+void requireAny(const Script& script, const fs::path& from) {
+  for (size_t k = 0; k < script.phases.size(); ++k) {
+    if (fs::exists(from / (stemOf(script, k) + ".run"))) return;
+  }
+  throw InputError(
+      fmt::format("{}: has no run of a phase of this script: expected {}.run, or another",
+                  from.string(), stemOf(script, 0)));
+}
+
 /// What another script's folder has of the phase.
 Earlier elsewhere(const fs::path& run, const skill::Skill& skill) {
   if (!fs::exists(run)) return {};
@@ -126,6 +140,7 @@ void perform(const Script& script, const fs::path& folder, const std::vector<Pha
 }  // namespace
 
 Lesson practise(const Script& script, const fs::path& folder, const LessonOptions& options) {
+  if (!options.from.empty()) requireAny(script, options.from);
   makeFolder(folder);
   Lesson lesson;
   fs::path previous;
@@ -136,7 +151,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
   for (size_t k = 0; k < script.phases.size(); ++k) {
     PhaseLesson p;
     p.phase = script.phases[k].name;
-    const std::string stem = fmt::format("{}-{}", k + 1, p.phase);
+    const std::string stem = stemOf(script, k);
     p.skill = folder / (stem + ".toml");
     p.run = folder / (stem + ".run");
     const Before before = measured(compilePhase(script, k, previous, {}).text, p.skill);

@@ -58,7 +58,8 @@ struct Lesson {
 /// its failures teach where not to try, where both have the same parameters and ways to fail. So
 /// are those after it.
 /// Equal scripts and seeds give equal bits for any number of threads, and after a resume.
-/// @throws InputError for what cannot be compiled, and as practice::learn
+/// @throws InputError for what cannot be compiled, a `from` that has none of its phases, and as
+/// practice::learn
 Lesson practise(const Script& script, const std::filesystem::path& folder,
                 const LessonOptions& options);
 

@@ -179,7 +179,8 @@ class Writer {
       if (json_[list].empty()) json_.erase(list);  // an empty list is not allowed
     }
     json_["buffers"].push_back({{"byteLength", data_.size()}});
-    std::string text = json_.dump();
+    // A stranger's names may be no UTF-8.
+    std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
     text.resize((text.size() + 3) / 4 * 4, ' ');
     std::string out = "glTF";
     const auto add = [&out](size_t number) {

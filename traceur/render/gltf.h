@@ -8,8 +8,9 @@
 namespace traceur::render {
 
 /// The bytes of a .glb file: a node for each body by its name, with its visible shapes as
-/// triangles, and one animation that has where bodies are on their parents at each frame. Metres;
-/// y up, z forward, x left, by the turn of the one node that holds all others.
+/// triangles (but for height fields), and one animation that has where bodies are on their parents
+/// at each frame. Metres; y up, z forward, x left, by the turn of the one node that holds all
+/// others.
 /// @throws InputError for a recording whose scene cannot be made again
 std::string toGlb(const sim::Recording& recording);
 
