@@ -36,11 +36,13 @@ Vector3d Snapshot::comVelocity() const {
   // mj_subtreeVel's linear half, operation by operation: its angular half is twice the work.
   const mjModel* m = model_->raw();
   const int root = model_->root().value;
+  // The engine's velocities are those of the points of their bodies that are where this is now.
+  const Vector3d origin = vec(data_->subtree_com + 3 * m->body_rootid[root]);
   int end = root;
   for (; end < m->nbody && (end == root || m->body_rootid[end] == m->body_rootid[root]); ++end) {
-    mjtNum velocity[6];  // rotation, then translation
-    mj_objectVelocity(m, data_, mjOBJ_BODY, end, velocity, 0);
-    momentum_.col(end) = m->body_mass[end] * vec(velocity + 3);
+    const mjtNum* const cvel = data_->cvel + 6 * static_cast<ptrdiff_t>(end);  // rotation first
+    const Vector3d velocity = vec(cvel + 3) - (bodyCom({end}) - origin).cross(vec(cvel));
+    momentum_.col(end) = m->body_mass[end] * velocity;
   }
   for (int b = end - 1; b > root; --b) momentum_.col(m->body_parentid[b]) += momentum_.col(b);
   com_velocity_ = (1 / m->body_subtreemass[root]) * momentum_.col(root);
