@@ -75,10 +75,10 @@ struct Instruction {
   double amount = 0;
   Vector3d velocity = Vector3d::Zero();  ///< kSpeed, world axes [m/s]
   Relation relation = Relation::kNone;
-  bool relative = false;  ///< of kFlex: the amount is from what it was, not from straight
-  int line = 0;
-  std::string said;   ///< as it was written
-  std::string means;  ///< the form it was understood as: "MOVE downward BY 0.2 m"
+  bool relative = false;     ///< of kFlex: the amount is from what it was, not from straight
+  int line = 0, column = 0;  ///< of the script, from 1; 0: of none
+  std::string said;          ///< as it was written
+  std::string means;         ///< the form it was understood as: "MOVE downward BY 0.2 m"
 };
 
 /// The axes in which a script writes vectors.

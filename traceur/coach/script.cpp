@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "traceur/coach/opposites.h"
 #include "traceur/core/text.h"
 #include "traceur/core/toml.h"
 #include "traceur/skill/skill.h"
@@ -107,6 +108,7 @@ class Reader {
     for (const Section& s : sections_) all(s);
     for (Phase& p : script_.phases) {
       p.instructions.insert(p.instructions.begin(), of_all_.begin(), of_all_.end());
+      noteOpposed(p);
     }
     if (script_.phases.empty() && wrong_.empty()) {
       wrong_.add(0, 0, fmt::format("no phase: expected one of {}", kindNames()));
@@ -269,12 +271,24 @@ class Reader {
   bool add(std::vector<Instruction>& to, const Piece& p) {
     Instruction i = interpreter_->understand(p.text);
     i.line = p.line;
+    i.column = p.column;
     if (std::ranges::find(to, i.means, &Instruction::means) != to.end()) {
       note(p, fmt::format("said twice: \"{}\"", i.means));
       return false;
     }
     to.push_back(std::move(i));
     return true;
+  }
+  void noteOpposed(const Phase& phase) {
+    const auto& all = phase.instructions;
+    for (size_t k = 0; k < all.size(); ++k) {
+      for (size_t i = 0; i < k; ++i) {
+        if (!opposed(all[i], all[k])) continue;
+        note({all[k].said, all[k].line, all[k].column},
+             fmt::format("\"{}\" opposes \"{}\" of line {}: a compromise is sought", all[k].said,
+                         all[i].said, all[i].line));
+      }
+    }
   }
   void note(const Piece& p, std::string text) {
     script_.notes.push_back({script_.file.string(), p.line, p.column, std::move(text)});
