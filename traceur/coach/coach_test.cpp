@@ -136,6 +136,38 @@ TEST(Script, NotesWhatIsSaidTwice) {
   EXPECT_EQ(s.instructions, 1);
 }
 
+TEST(Script, NotesGoalsThatOpposeEachOther) {
+  const auto notes = [](const std::string& lines) {
+    const Script s = athlete("Airborne:\n" + lines);
+    return s.notes.empty() ? std::string() : s.notes[0].text;
+  };
+  for (const char* lines :
+       {"head ABOVE root; head BELOW root", "head ABOVE root\nroot ABOVE head",
+        "spin about z FORWARD; spin about z BACKWARD",
+        "spin about y GREATER THAN 2; spin about y LESS THAN 1",
+        "PLACE feet NEAR [0.8, 0, 0]; PLACE feet NEAR [0.4, 0, 0]", "BALANCE; SPEED NEAR [1, 0, 0]",
+        "TRANSLATE hands forward BY 0.2m; TRANSLATE hands backward BY 0.1m",
+        "ROTATE torso z-axis BY 20deg; ROTATE torso z-axis BY 30deg",
+        "TURNFASTER 150%; TURNSLOWER 70%"}) {
+    EXPECT_SAYS(notes(lines), "a compromise is sought") << lines;
+  }
+  for (const char* lines :
+       {"head ABOVE root; head IN FRONT OF root", "head ABOVE root; hands BELOW root",
+        "spin about y GREATER THAN 1; spin about y LESS THAN 2",
+        "PLACE COM NEAR [0.8, 0.5, 0]; PLACE COM NEAR [0.4, 0.5, 0]",
+        "PLACE feet NEAR [0.8, 0, 0]; PLACE hands NEAR [0.4, 0, 0]",
+        "BALANCE; SPEED NEAR [0, 0, 0]",
+        "TRANSLATE hands forward BY 0.2m; TRANSLATE hands upward BY 0.1m",
+        "MOVE upward BY 0.1m; MOVE downward BY 0.1m"}) {
+    EXPECT_EQ(notes(lines), "") << lines;
+  }
+  // Also what is asked of all phases.
+  const Script s = athlete("Airborne: head BELOW root\nAll: head ABOVE root");
+  ASSERT_EQ(s.notes.size(), 1U);
+  EXPECT_EQ(s.notes[0].line, 2);
+  EXPECT_EQ(s.notes[0].column, 11);
+}
+
 TEST(Script, WhatIsAskedOfAllIsAskedOnceAndStandsFirst) {
   const std::string phases = "Leaning: BALANCE; RELAX arms BY 30%\nLanding: FLEX knees BY 20deg\n";
   const Script s =
@@ -571,6 +603,37 @@ TEST(Compile, ASpinIsHeldAgainstItsNumber) {
   EXPECT_SAYS(text, "0.1 * abs(spin_y - (3.3))");
 }
 
+/// A jump with a turn: what it may push with, and where its feet may go in the air.
+TEST(Compile, WhoTurnsMayTiltAndPutsTheFeetSideways) {
+  const auto phase = [](const std::string& spin, size_t k) {
+    return compilePhase(athlete("Thrusting: SPEED NEAR [0, 2, 0]" + spin +
+                                "\nAirborne: PLACE feet NEAR [0, 0, 0]\nLanding: BALANCE"),
+                        k, {}, {})
+        .text;
+  };
+  // y up as published, to the left; the search begins with a twist that way.
+  const std::string left = phase("; spin about y GREATER THAN 1.5", 0);
+  EXPECT_SAYS(left, "push_twist = { unit = \"N·m\", range = [-900, 900], initial = 360,");
+  EXPECT_SAYS(left, "moment = [\"-push_tilt\", \"-push_turn\", \"-push_twist\"]");
+  EXPECT_SAYS(left, "0.3 * abs(spin_z - (1.8))");
+  EXPECT_SAYS(left, "sqrt(turning_x^2 + turning_y^2)");
+  EXPECT_SAYS(phase("; spin about y LESS THAN -1.5", 0), "range = [-900, 900], initial = -360,");
+  const std::string air = phase("; spin about y GREATER THAN 1.5", 1);
+  EXPECT_SAYS(air, "(feet_left + 0.088)");
+  EXPECT_SAYS(air,
+              "joints = [\"hip_flex\", \"knee\", \"ankle_flex\", \"hip_abduct\", "
+              "\"ankle_invert\"]");
+  EXPECT_SAYS(phase("; spin about y GREATER THAN 1.5", 2),
+              "max(feet_x_max - feet_x_min, feet_y_max - feet_y_min)");
+  // Nobody else does.
+  for (size_t k = 0; k < 3; ++k) {
+    const std::string text = phase("; spin about z FORWARD", k);
+    for (const char* word : {"twist", "tilt", "feet_left", "hip_abduct", "feet_y_max"}) {
+      EXPECT_EQ(text.find(word), std::string::npos) << word << " in phase " << k;
+    }
+  }
+}
+
 TEST(Compile, NothingOfAScriptLeavesItsFolder) {
   EXPECT_SAYS(mistakesOf("Robot: athlete\nleaning/../../x: BALANCE")[0].text, "expected letters");
   Script s = athlete("Name: a\"/../b\nLeaning: POSE lean; UNTIL 0.1 s");
@@ -590,6 +653,7 @@ TEST(Compile, PlacesAreFromTheFeetAtTheStart) {
               fmt::format("(feet_z - ({:.6g}))^2", body.origin.z()));
   EXPECT_EQ(body.soles, (std::vector<std::string>{"l_foot", "r_foot"}));
   EXPECT_EQ(body.leg_joints, (std::vector<std::string>{"hip_flex", "knee", "ankle_flex"}));
+  EXPECT_EQ(body.side_joints, (std::vector<std::string>{"hip_abduct", "ankle_invert"}));
 }
 
 // Lessons ---------------------------------------------------------------------------------------

@@ -56,6 +56,8 @@ constexpr double kCreep = 0.02;   // m, of the feet while it comes to stand [our
 /// Spin that is wanted where a direction is asked for, so that the sign keeps when a joint is a
 /// little stiffer [ours].
 constexpr double kSpin = 0.3;  // rad/s
+/// A radius of gyration: what a spin is in m/s, beside a velocity [ours].
+constexpr double kRadius = 0.3;  // m
 
 constexpr const char* kExactly = "set exactly, as its only parameter is what is asked";
 
@@ -75,7 +77,7 @@ class Compiler {
     for (const Instruction& i : phase_.instructions) instruct(i);
     finish();
     PhaseDraft draft{name_, draft_, phaseText(), failures_, terms_};
-    return {text(previous, draft), std::move(draft), std::move(readings_)};
+    return {text(previous, draft), std::move(draft), std::move(readings_), stands() && twists()};
   }
 
  private:
@@ -166,8 +168,9 @@ class Compiler {
         for (const std::string& b : footOf(sole)) parts.push_back(spelled("contact." + b));
         off.push_back(join(parts, " + ") + " == 0");
       }
-      fails("hops", fmt::format("phase_time > 0.5 && ({} || abs(body_velocity.feet.x) > 0.3)",
-                                join(off, " || ")));
+      std::string slides = "abs(body_velocity.feet.x) > 0.3";
+      if (flightTwist() != 0) slides += " || abs(body_velocity.feet.y) > 0.3";
+      fails("hops", fmt::format("phase_time > 0.5 && ({} || {})", join(off, " || "), slides));
     }
   }
   /// The bodies of the foot that this sole is of.
@@ -229,7 +232,8 @@ class Compiler {
     if (!again) draft_.rigs.push_back(shown);
   }
   void ikRig(Reading& r) {
-    rig("IKPose", stands() ? "IKPose<contact, root>" : "IKPose<root, feet>", {}, r);
+    const double twist = stands() ? 0 : flightTwist();
+    rig("IKPose", stands() ? "IKPose<contact, root>" : "IKPose<root, feet>", {.twist = twist}, r);
   }
 
   void instruct(const Instruction& i) {
@@ -347,14 +351,28 @@ class Compiler {
   }
   void force(Reading& r) {
     rig("VirtualForce", "VirtualForce<contact>",
-        {.target = Body::contactOf(phase_), .twists = twists()}, r);
+        {.target = Body::contactOf(phase_), .twist = twistOf(phase_)}, r);
   }
-  /// Whether the phase is asked for a spin about the vertical.
-  bool twists() const {
-    return std::ranges::any_of(phase_.instructions, [](const Instruction& i) {
-      return i.subject && i.subject->kind == Thing::Kind::kSpin &&
-             std::abs(i.subject->vector.z()) > 0.5;
-    });
+  /// A spin that satisfies what was asked of it, and has a little to spare [rad/s].
+  static double spinWanted(const Instruction& i) {
+    const double beyond = i.relation == Relation::kLess ? -kSpin : kSpin;
+    return (i.other->number + beyond) / i.subject->vector[axisOf(i.subject->vector)];
+  }
+  /// The spin about the vertical that the phase is to end with [rad/s]; 0: none is asked for.
+  static double twistOf(const Phase& phase) {
+    for (const Instruction& i : phase.instructions) {
+      const bool spin = i.subject && i.subject->kind == Thing::Kind::kSpin;
+      if (spin && axisOf(i.subject->vector) == 2) return spinWanted(i);
+    }
+    return 0;
+  }
+  bool twists() const { return twistOf(phase_) != 0; }
+  /// The twist that the script's first such phase takes into its flight [rad/s].
+  double flightTwist() const {
+    for (const Phase& p : script_.phases) {
+      if (const double twist = twistOf(p); twist != 0) return twist;
+    }
+    return 0;
   }
   void speedNear(const Instruction& i, Reading& r) {
     force(r);
@@ -373,6 +391,10 @@ class Compiler {
     }
     for (int a = 0; a < 3; ++a) speed(a);
     r.term = "|P - gamma P before|";
+  }
+  std::string momentum(int axis) {
+    return measure(fmt::format("turning_{}", kAxes[axis]),
+                   fmt::format("angular_momentum.{}", kAxes[axis]));
   }
   std::string spin(int axis) {
     return measure(fmt::format("spin_{}", kAxes[axis]), fmt::format("spin.{}", kAxes[axis]));
@@ -397,10 +419,17 @@ class Compiler {
         measure("margin", "support.margin", "min", ", when = \"phase_time > 1\", otherwise = -1");
     // … whose feet stay where they came down.
     const std::string down = ", when = \"phase_time > 0.1\", otherwise = 0";
-    const std::string least = measure("feet_x_min", "body.feet.x", "min", down);
-    const std::string most = measure("feet_x_max", "body.feet.x", "max", down);
-    term("BALANCE", fmt::format("sqrt({}) + 3 * max(0, {} - {}) + 3 * max(0, {} - {} - {})",
-                                join(squares, " + "), kMargin, margin, most, least, kCreep));
+    const auto range = [&](char axis) {
+      const std::string of = fmt::format("body.feet.{}", axis);
+      const std::string least = measure(fmt::format("feet_{}_min", axis), of, "min", down);
+      const std::string most = measure(fmt::format("feet_{}_max", axis), of, "max", down);
+      return fmt::format("{} - {}", most, least);
+    };
+    // Who has turned creeps the way that was sideways.
+    const std::string creep =
+        flightTwist() == 0 ? range('x') : fmt::format("max({}, {})", range('x'), range('y'));
+    term("BALANCE", fmt::format("sqrt({}) + 3 * max(0, {} - {}) + 3 * max(0, {} - {})",
+                                join(squares, " + "), kMargin, margin, creep, kCreep));
     r.term = "|v| + 3 max(0, 0.05 m - support margin) + 3 max(0, creep of the feet - 0.02 m)";
     r.note =
         "acts on the COM against the soles, 3000 N/m and 600 N·s/m; the legs' stiffness is "
@@ -500,8 +529,13 @@ class Compiler {
     if (!stands()) return;
     // Nothing printed keeps it small, and 30 kg m²/s satisfy a sign: a somersault.
     if (twists()) force(r);
-    const double beyond = i.relation == Relation::kLess ? -kSpin : kSpin;
-    const double wanted = (i.other->number + beyond) / about[axis];
+    const double wanted = spinWanted(i);
+    if (twists()) {
+      // Flying, a somersault about what was across becomes a cartwheel: all of the spin counts.
+      r.note = fmt::format("and no more of it than needed: {} m |spin - {} rad/s|", kRadius,
+                           num(wanted));
+      return;
+    }
     term(fmt::format("{}, no more than needed", i.means),
          fmt::format("0.1 * abs({} - ({}))", spin(axis), num(wanted)));
     r.note = fmt::format("and no more of it than needed: 0.1 |spin - {} rad/s|", num(wanted));
@@ -518,6 +552,14 @@ class Compiler {
       term("COM", fmt::format("sqrt({})", squares[0]));
     } else if (!squares.empty()) {
       term("COM", fmt::format("sqrt({})", join(squares, " + ")));
+    }
+    if (stands() && twists()) {
+      // A body that leans while it turns has spin about other axes without any momentum about them.
+      for (const int a : {0, 1}) momentum(a);
+      const double arm = script_.model->mass() * kRadius;
+      term("spin", fmt::format("{} * abs({} - ({}))", kRadius, spin(2), num(twistOf(phase_))));
+      term("no other spin",
+           fmt::format("sqrt({}^2 + {}^2) / {}", momentum(0), momentum(1), num(arm)));
     }
     if (velocity_) {
       squares.clear();

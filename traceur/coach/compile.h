@@ -44,6 +44,7 @@ struct CompiledPhase {
   std::string text;  ///< a skill file of the phase alone
   PhaseDraft draft;
   std::vector<Reading> readings;
+  bool informed = false;  ///< its search begins with a guess, near which it is to look
 };
 
 /// @param previous  the run whose trial's end is where the phase begins; empty: the script's start

@@ -42,27 +42,41 @@ void ikStanding(const RigUse& u, SkillDraft& d) {
   parameter(d, "root_pitch", "rad", key.y() - kPitch, key.y() + kPitch, key.y(), "Of the root.");
   d.reach.push_back(fmt::format("hold = [\"{}\"]", u.phase->bears));
   d.reach.push_back(fmt::format("joints = [{}]", quoted(u.body->leg_joints)));
-  d.reach.push_back(fmt::format(
-      "[[phase.reach.goal]]\nof = \"{}\"\nfrom = \"{}\"\n{}\nz = "
-      "\"root_height\"\npitch = \"root_pitch\"",
-      u.body->root, u.body->soles[0], u.body->headed("root_forward", -u.body->side[0])));
+  d.reach.push_back(
+      fmt::format("[[phase.reach.goal]]\nof = \"{}\"\nfrom = \"{}\"\n{}\nz = "
+                  "\"root_height\"\npitch = \"root_pitch\"",
+                  u.body->root, u.body->soles[0],
+                  u.body->headed("root_forward", fmt::format("{:.6g}", -u.body->side[0]))));
 }
 
 // In the air the feet are placed under the COM, in the world's axes: however the trunk has turned,
 // they meet the ground where they should. Solved so often [s]:
 constexpr double kAgain = 0.02;
+constexpr double kSide = 0.25;  // m [ours: as far as the hips let the feet]
 
 void ikFlying(const RigUse& u, SkillDraft& d) {
   parameter(d, "leg", "m", 0.35, 0.8, 0.6, "Of the COM over the feet.");
   parameter(d, "feet_forward", "m", -0.25, 0.3, 0.05, "Of the feet from the COM.");
+  std::vector<std::string> joints = u.body->leg_joints;
+  std::string flat = "pitch = 0";
+  if (u.twist != 0) {
+    // Who turns in the air goes on the way that was ahead, which is sideways by then.
+    parameter(d, "feet_left", "m", -kSide, kSide, 0, "Of the feet from the COM.");
+    joints.insert(joints.end(), u.body->side_joints.begin(), u.body->side_joints.end());
+    flat += "\nroll = 0";
+  }
   d.reach.push_back(fmt::format("hold = [\"{}\"]", u.body->root));
-  d.reach.push_back(fmt::format("joints = [{}]", quoted(u.body->leg_joints)));
+  d.reach.push_back(fmt::format("joints = [{}]", quoted(joints)));
   d.reach.push_back(fmt::format("every = {}", kAgain));
+  const auto side = [&](size_t i) {
+    const std::string own = fmt::format("{:.6g}", u.body->side[i]);
+    return u.twist != 0 ? "(feet_left + " + own + ")" : own;
+  };
   for (size_t i = 0; i < u.body->soles.size(); ++i) {
     d.reach.push_back(
         fmt::format("[[phase.reach.goal]]\nof = \"{0}\"\nfrom = \"com\"\n{1}\nz = \"-leg\"\n"
-                    "[[phase.reach.goal]]\nof = \"{0}\"\npitch = 0\nweight = 0.1",
-                    u.body->soles[i], u.body->headed("feet_forward", u.body->side[i])));
+                    "[[phase.reach.goal]]\nof = \"{0}\"\n{2}\nweight = 0.1",
+                    u.body->soles[i], u.body->headed("feet_forward", side(i)), flat));
   }
 }
 
@@ -88,6 +102,7 @@ void stiffness(const RigUse& u, SkillDraft& d) {
 constexpr double kPush = 3000, kAcross = 1500;  // N
 constexpr double kTurn = 300;                   // N·m
 constexpr double kTwist = 900;                  // N·m
+constexpr double kTwistPerSpin = 200;           // N·m·s, where the search begins
 
 void virtualForce(const RigUse& u, SkillDraft& d) {
   // What bears the body has the plain names, another limb its own before them.
@@ -98,14 +113,19 @@ void virtualForce(const RigUse& u, SkillDraft& d) {
   parameter(d, of + "push_across", "N", -kAcross, kAcross, 0,
             "On the COM, at right angles, forward.");
   parameter(d, of + "push_turn", "N·m", -kTurn, kTurn, 0, "On the body, forward.");
-  if (u.twists) {
-    parameter(d, of + "push_twist", "N·m", -kTwist, kTwist, 0,
+  std::string tilt = "0", twist = "0";
+  if (u.twist != 0) {
+    parameter(d, of + "push_twist", "N·m", -kTwist, kTwist, kTwistPerSpin * u.twist,
               "On the body, about the vertical, to the left.");
+    // Without it who turns falls sideways.
+    parameter(d, of + "push_tilt", "N·m", -kTurn, kTurn, 0, "On the body, to the right.");
+    twist = fmt::format("\"-{}push_twist\"", of);
+    tilt = fmt::format("\"-{}push_tilt\"", of);
   }
   d.forces.push_back(fmt::format(
       "bodies = [\"{0}\"]\ntouching = true\nframe = \"cop to com\"\nforce = "
-      "[\"-{1}push_across\", 0, \"-{1}push_along\"]\nmoment = [0, \"-{1}push_turn\", {2}]",
-      u.target, of, u.twists ? fmt::format("\"-{}push_twist\"", of) : "0"));
+      "[\"-{1}push_across\", 0, \"-{1}push_along\"]\nmoment = [{2}, \"-{1}push_turn\", {3}]",
+      u.target, of, tilt, twist));
 }
 
 // Of the COM over the feet. The printed 300 and 6 hold no crouch but the deepest [ours: about
@@ -169,19 +189,20 @@ Body::Body(const Script& s) : script(&s), root(s.model->bodyName(s.model->root()
     if (sole == chain.end()) continue;
     soles.push_back(*sole);
     if (soles.size() > 1) continue;
-    // What moves this leg within the plane of motion: its axis is across.
+    // What moves this leg within the plane of motion has its axis across it.
     for (const sim::Joint& j : model.joints()) {
       const std::string body = model.bodyName(model.bodyOf(j));
       const auto place = std::ranges::find(chain.begin(), sole + 1, body);
       if (place == sole + 1 || j.motor < 0) continue;
       world.place(model.stateOf({}));
       const Vector3d axis = world.snapshot().jointAxis(j);
-      if (std::abs(axis.y()) < 0.9) continue;
+      const bool across = std::abs(axis.x()) > 0.9;
+      if (!across && std::abs(axis.y()) < 0.9) continue;
       std::string name = j.name;
       for (const auto& [pair, m] : robot.mirrored) {
         if (m.left == j.name || m.right == j.name) name = pair;
       }
-      leg_joints.push_back(name);
+      (across ? side_joints : leg_joints).push_back(name);
     }
   }
   if (soles.empty() || leg_joints.empty()) {
@@ -226,10 +247,10 @@ Vector3d Body::rootFromSoles(const KeyPose& key) const {
   return {p_S.x(), pitch, p_S.z()};
 }
 
-std::string Body::headed(const std::string& forward, double left) const {
+std::string Body::headed(const std::string& forward, const std::string& left) const {
   return fmt::format(
-      "x = \"{0} * cos(heading.root) - {1:.6g} * sin(heading.root)\"\n"
-      "y = \"{0} * sin(heading.root) + {1:.6g} * cos(heading.root)\"",
+      "x = \"{0} * cos(heading.root) - {1} * sin(heading.root)\"\n"
+      "y = \"{0} * sin(heading.root) + {1} * cos(heading.root)\"",
       forward, left);
 }
 

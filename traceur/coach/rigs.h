@@ -33,8 +33,9 @@ struct SkillDraft {
 /// What a rig may know of the body and the phase it is added to.
 struct Body {
   const Script* script = nullptr;
-  std::vector<std::string> soles;       ///< the bodies that stand on the ground flat, one a leg
-  std::vector<std::string> leg_joints;  ///< pairs that move them within the plane of motion
+  std::vector<std::string> soles;        ///< the bodies that stand on the ground flat, one a leg
+  std::vector<std::string> leg_joints;   ///< pairs that move them within the plane of motion
+  std::vector<std::string> side_joints;  ///< … and across it
   std::string root;
   Vector3d origin;           ///< of the script's places: the feet at the start [m]
   std::vector<double> side;  ///< of each sole beside the root at the start, to the left [m]
@@ -45,9 +46,8 @@ struct Body {
   static std::string contactOf(const Phase& phase);
   /// Of the key pose, soles flat: the root from the soles, x and z [m], and its pitch [rad].
   Vector3d rootFromSoles(const KeyPose& pose) const;
-  /// "x = …", "y = …": an offset forward, an expression, and to the left [m], as the root is
-  /// headed.
-  std::string headed(const std::string& forward, double left) const;
+  /// "x = …", "y = …": an offset forward and to the left [m], expressions, as the root is headed.
+  std::string headed(const std::string& forward, const std::string& left) const;
   /// "(body.l_foot.x + body.r_foot.x) / 2"
   std::string mean(const std::vector<std::string>& bodies, char axis) const;
 };
@@ -59,7 +59,7 @@ struct RigUse {
   std::string target = {};               ///< group of bodies
   std::vector<std::string> joints = {};  ///< pairs or joints
   double value = 0;                      ///< of what is set exactly [rad], a factor; 0: searched
-  bool twists = false;                   ///< it is also to turn about the vertical
+  double twist = 0;  ///< spin about the vertical that it is to end with, to the left [rad/s]
 };
 
 struct Rig {
