@@ -263,10 +263,10 @@ void addCoach(CLI::App& program, int& exit_code) {
   verb->add_option("--seed", a->options.seed, "Equal seeds give equal runs")
       ->check(isSeed())
       ->capture_default_str();
-  verb->add_option("--budget", a->options.budget,
-                   "Trials of a phase for each number that practice moves")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
+  verb->add_option(
+          "--budget", a->options.budget,
+          "Trials of a phase for each number that practice moves; default: the script's, 48")
+      ->check(CLI::Range(1, 1'000'000));
   verb->add_option("--threads", a->options.threads, "0: one for each processor; changes no result")
       ->check(CLI::Range(0, 1024));
   verb->add_option("--out", a->out, "Folder; default: runs/SCRIPT-seedN");

@@ -129,6 +129,19 @@ TEST(Script, SaysWhatIsMissing) {
   EXPECT_THROW(scriptOf(std::string(100000, '#')), InputError);
 }
 
+TEST(Script, SaysHowLongToPractise) {
+  EXPECT_EQ(scriptOf("Robot: athlete\nBudget: 96\nLeaning: BALANCE").budget, 96);
+  EXPECT_EQ(scriptOf("Robot: athlete\nLeaning: BALANCE").budget, 48);
+  for (const char* wrong : {"0", "-3", "1.5", "many", "96 trials", "1000001", "99999999999"}) {
+    const auto mistakes =
+        mistakesOf(std::string("Robot: athlete\nBudget: ") + wrong + "\nLeaning: BALANCE");
+    ASSERT_EQ(mistakes.size(), 1U) << wrong;
+    EXPECT_EQ(mistakes[0].line, 2);
+    EXPECT_EQ(mistakes[0].column, 9);
+    EXPECT_SAYS(mistakes[0].text, "expected a whole number of trials from 1 to 1000000");
+  }
+}
+
 TEST(Script, NotesWhatIsSaidTwice) {
   const Script s = athlete("Leaning: BALANCE; BALANCE");
   ASSERT_EQ(s.notes.size(), 1U);
@@ -726,6 +739,13 @@ TEST(Lesson, GoesOnFromWhatWasFoundWhenTheScriptChanges) {
   const Lesson again =
       practise(athlete("Leaning: FLEX elbows BY 10 deg" + std::string(kHop)), folder / "l", o);
   EXPECT_EQ(practice::Run::open(again.phases[1].run).meta().search.from, aside);
+}
+
+TEST(Lesson, TakesAsManyTrialsAsTheScriptSays) {
+  const TestFolder folder;
+  const std::string lines = "Budget: 8\nLeaning: POSE lean; MOVE upward BY 0.5m; UNTIL 0.1 s";
+  EXPECT_EQ(practise(athlete(lines), folder / "script", {}).trials, 3 * 8);
+  EXPECT_EQ(practise(athlete(lines), folder / "told", {.budget = 16}).trials, 3 * 16);
 }
 
 TEST(Lesson, BeginsWithWhatAnotherScriptsFolderHas) {

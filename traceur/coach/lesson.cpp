@@ -168,15 +168,15 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     if (!options.from.empty() && earlier.from.empty() && !goes_on) {
       earlier = elsewhere(options.from / p.run.filename(), *skill);
     }
-    const practice::SearchOptions search{
-        .seed = options.seed + k,
-        .budget = options.budget * static_cast<int>(skill->parameters.size()) +
-                  (k + 1 == script.phases.size() ? spare : 0),
-        .optimiser = "cma-c",
-        .population = kPopulation,
-        .step_size = compiled.informed ? kNearStep : kStep,
-        .experience = earlier.experience,
-        .from = earlier.from};
+    const practice::SearchOptions search{.seed = options.seed + k,
+                                         .budget = options.budget.value_or(script.budget) *
+                                                       static_cast<int>(skill->parameters.size()) +
+                                                   (k + 1 == script.phases.size() ? spare : 0),
+                                         .optimiser = "cma-c",
+                                         .population = kPopulation,
+                                         .step_size = compiled.informed ? kNearStep : kStep,
+                                         .experience = earlier.experience,
+                                         .from = earlier.from};
     const practice::Learned learned =
         practice::learn(skill, 0, search, p.run, options.resume,
                         {.threads = options.threads,

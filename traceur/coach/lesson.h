@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -17,9 +18,7 @@ namespace traceur::coach {
 
 struct LessonOptions {
   std::uint64_t seed = 1;
-  /// Trials of a phase for each number that practice moves [ours: a jump has twelve, and takes
-  /// 576].
-  int budget = 48;
+  std::optional<int> budget = {};  ///< instead of the script's
   bool resume = false;
   /// Another script's folder: a phase of the same number and name begins with what was found there.
   std::filesystem::path from = {};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -131,7 +132,7 @@ class Reader {
   }
   static bool isSetting(const std::string& heading) {
     return heading == "robot" || heading == "axes" || heading == "start" || heading == "scene" ||
-           heading == "name" || heading == "readings";
+           heading == "name" || heading == "readings" || heading == "budget";
   }
 
   void setting(const Section& s) {
@@ -164,6 +165,7 @@ class Reader {
                                value.text));
       }
     }
+    if (heading == "budget") budget(value);
     if (heading == "readings") {
       if (low == "literal") {
         script_.readings = Readings::kLiteral;
@@ -172,6 +174,18 @@ class Reader {
                    fmt::format("readings \"{}\": expected \"ours\" or \"literal\"", value.text));
       }
     }
+  }
+
+  void budget(const Piece& value) {
+    static constexpr int kMost = 1'000'000;
+    const char* const end = value.text.data() + value.text.size();
+    const auto read = std::from_chars(value.text.data(), end, script_.budget);
+    const bool all = read.ec == std::errc() && read.ptr == end;
+    if (all && script_.budget >= 1 && script_.budget <= kMost) return;
+    wrong_.add(value.line, value.column,
+               fmt::format("budget \"{}\": expected a whole number of trials from 1 to {}, for "
+                           "each number that practice moves",
+                           value.text, kMost));
   }
 
   /// "box vault SIZE [0.4, 0.55, 3] AT [1.2, 0.275, 0]", "floor none", "floor friction 0.8".
@@ -218,7 +232,8 @@ class Reader {
     const auto kind = std::ranges::find_if(
         phaseKinds(), [&](const PhaseKind& k) { return heading.starts_with(k.name); });
     if (kind == phaseKinds().end()) {
-      std::vector<std::string> names{"robot", "axes", "start", "scene", "name", "readings", "all"};
+      std::vector<std::string> names{"robot", "axes",     "start",  "scene",
+                                     "name",  "readings", "budget", "all"};
       for (const PhaseKind& k : phaseKinds()) names.emplace_back(k.name);
       wrong_.add(s.heading.line, s.heading.column,
                  fmt::format("no phase \"{}\": expected one of {}.{}", s.heading.text, kindNames(),

@@ -79,6 +79,9 @@ struct Script {
   std::string start = "stand";  ///< a pose of the robot's file
   Axes axes = Axes::kPublished;
   Readings readings = Readings::kOurs;
+  /// Trials of a phase for each number that practice moves [ours: a jump ahead has twelve, and
+  /// takes 576].
+  int budget = 48;
   bool ground = true;
   double friction = 1;
   std::vector<SceneBox> boxes;
