@@ -4,6 +4,7 @@
 #include "traceur/reproduce/constrained_anchors.h"
 #include "traceur/reproduce/falls.h"
 #include "traceur/reproduce/figure_42.h"
+#include "traceur/reproduce/jump_phases.h"
 #include "traceur/reproduce/landing.h"
 #include "traceur/reproduce/skill_families.h"
 #include "traceur/reproduce/table.h"
@@ -137,6 +138,7 @@ const std::vector<Table>& allTables() {
       toyTable("table-8", "8", "The same over the size of the feasible area [Ha2015, Tab. 8]."),
       toyTable("table-9", "9", "The same over the height and frequency of noise [Ha2015, Tab. 9]."),
       toyTable("tables-7-9", "", "The ten rows of the three tables [Ha2015, Tab. 7-9]."),
+      jumpPhases(),
       constrainedTable(),
       elevenTable(),
       families(),
