@@ -647,6 +647,44 @@ TEST(Compile, WhoTurnsMayTiltAndPutsTheFeetSideways) {
   }
 }
 
+// Off a wall -----------------------------------------------------------------------------------
+
+TEST(Compile, OffAWallPushesHarderAndNeedsNoCOMOverTheFeet) {
+  const Script s = athlete(
+      "Scene: wall wall at [1.1, 0, 0]\nAirborne: PLACE feet NEAR [1.1, 1, 0]\n"
+      "Kicking: SPEED NEAR [-1.5, 2, 0]; spin about z GREATER THAN 4\n"
+      "Flipping: UNTIL root turns BY 250 deg\nAirborne 2: PLACE feet NEAR [-1, 0, 0]");
+  const std::string meets = compilePhase(s, 0, {}, {}).text;
+  // Soles on the wall, ahead of the COM.
+  EXPECT_SAYS(meets, "pitch = -1.5708");
+  EXPECT_SAYS(meets, "feet_forward = { unit = \"m\", range = [0.2, 0.8]");
+  const CompiledPhase kicks = compilePhase(s, 1, {}, {});
+  EXPECT_SAYS(kicks.text, "push_turn = { unit = \"N·m\", range = [-900, 900]");
+  EXPECT_TRUE(std::ranges::none_of(
+      kicks.draft.failures, [](const DraftFailure& f) { return f.name.starts_with("falls"); }));
+  EXPECT_SAYS(compilePhase(s, 2, {}, {}).text, "until = \"abs(somersault.root) > 4.36332\"");
+  // Down again it goes backward.
+  const std::string lands = compilePhase(s, 3, {}, {}).text;
+  EXPECT_SAYS(lands, "pitch = 0");
+  EXPECT_SAYS(lands, "range = [-0.55, 0.3]");
+  EXPECT_SAYS(mistakesOf("Robot: athlete\nFlipping: UNTIL root turns BY 2 m").at(0).text,
+              "root turns BY 260 deg");
+}
+
+TEST(Compile, ARobotBesideTheScriptIsFoundFromElsewhere) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "coach-elsewhere";
+  std::filesystem::create_directories(folder / "models" / "far");
+  for (const char* file : {"robot.toml", "robot.xml"}) {
+    std::filesystem::copy_file(std::filesystem::path("models/athlete") / file,
+                               folder / "models" / "far" / file,
+                               std::filesystem::copy_options::overwrite_existing);
+  }
+  const Script s = Script::fromText("Robot: far\nLeaning: BALANCE", folder / "try.coach");
+  EXPECT_EQ(s.robot, (folder / "models" / "far" / "robot.toml").string());
+  EXPECT_EQ(athlete("Leaning: BALANCE").robot, "athlete");
+}
+
 TEST(Compile, NothingOfAScriptLeavesItsFolder) {
   EXPECT_SAYS(mistakesOf("Robot: athlete\nleaning/../../x: BALANCE")[0].text, "expected letters");
   Script s = athlete("Name: a\"/../b\nLeaning: POSE lean; UNTIL 0.1 s");

@@ -142,6 +142,9 @@ class Compiler {
       case Ending::Kind::kTouch:
         until_ = fmt::format("phase_time > 0.1 && contact.{} > 0", group);
         break;
+      case Ending::Kind::kTurned:
+        until_ = fmt::format("abs(somersault.root) > {}", num(phase_.ending.amount));
+        break;
       case Ending::Kind::kAfter:
         until_ = fmt::format("phase_time >= {}", num(phase_.ending.amount));
         break;
@@ -149,7 +152,7 @@ class Compiler {
         break;
     }
     // Where the COM may be over the feet while they bear it [ours: further out nothing came back].
-    if (phase_.bears == "feet" && !held()) {
+    if (phase_.bears == "feet" && !held() && !phase_.kind->wall) {
       fails("falls_backward", "com.forward - body.feet.forward < -0.15 && contact.feet > 0");
       fails("falls_forward", "com.forward - body.feet.forward > 0.45 && contact.feet > 0");
     }
@@ -233,7 +236,18 @@ class Compiler {
   }
   void ikRig(Reading& r) {
     const double twist = stands() ? 0 : flightTwist();
-    rig("IKPose", stands() ? "IKPose<contact, root>" : "IKPose<root, feet>", {.twist = twist}, r);
+    rig("IKPose", stands() ? "IKPose<contact, root>" : "IKPose<root, feet>",
+        {.twist = twist, .wall = meetsWall(), .from_wall = cameFromWall()}, r);
+  }
+
+  /// Whether the phase after it begins on a wall.
+  bool meetsWall() const {
+    const size_t next = static_cast<size_t>(&phase_ - script_.phases.data()) + 1;
+    return !stands() && next < script_.phases.size() && script_.phases[next].kind->wall;
+  }
+
+  bool cameFromWall() const {
+    return std::any_of(script_.phases.data(), &phase_, [](const Phase& p) { return p.kind->wall; });
   }
 
   void instruct(const Instruction& i) {

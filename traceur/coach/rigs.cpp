@@ -55,10 +55,17 @@ constexpr double kAgain = 0.02;
 constexpr double kSide = 0.25;  // m [ours: as far as the hips let the feet]
 
 void ikFlying(const RigUse& u, SkillDraft& d) {
-  parameter(d, "leg", "m", 0.35, 0.8, 0.6, "Of the COM over the feet.");
-  parameter(d, "feet_forward", "m", -0.25, 0.3, 0.05, "Of the feet from the COM.");
+  if (u.wall) {
+    parameter(d, "leg", "m", 0, 0.7, 0.35, "Of the COM over the feet.");
+    parameter(d, "feet_forward", "m", 0.2, 0.8, 0.5, "Of the feet from the COM.");
+  } else {
+    parameter(d, "leg", "m", 0.35, 0.8, 0.6, "Of the COM over the feet.");
+    // From a wall it comes down backward, and fast.
+    parameter(d, "feet_forward", "m", u.from_wall ? -0.55 : -0.25, 0.3, 0.05,
+              "Of the feet from the COM.");
+  }
   std::vector<std::string> joints = u.body->leg_joints;
-  std::string flat = "pitch = 0";
+  std::string flat = fmt::format("pitch = {}", u.wall ? "-1.5708" : "0");
   if (u.twist != 0) {
     // Who turns in the air goes on the way that was ahead, which is sideways by then.
     parameter(d, "feet_left", "m", -kSide, kSide, 0, "Of the feet from the COM.");
@@ -102,7 +109,10 @@ void stiffness(const RigUse& u, SkillDraft& d) {
 constexpr double kPush = 3000, kAcross = 1500;  // N
 constexpr double kTurn = 300;                   // N·m
 constexpr double kTwist = 900;                  // N·m
-constexpr double kTwistPerSpin = 200;           // N·m·s, where the search begins
+// On a wall the spin and the way up both come from what is across [ours: at less a flip's spin of
+// 5 rad/s was not found].
+constexpr double kWallAcross = 3000, kWallTurn = 900;  // N, N·m
+constexpr double kTwistPerSpin = 200;                  // N·m·s, where the search begins
 
 void virtualForce(const RigUse& u, SkillDraft& d) {
   // What bears the body has the plain names, another limb its own before them.
@@ -110,9 +120,12 @@ void virtualForce(const RigUse& u, SkillDraft& d) {
   // What is pushed goes the other way: the ground is given the opposite of what the COM is.
   parameter(d, of + "push_along", "N", -kPush, kPush, 0,
             "On the COM, away from the centre of pressure.");
-  parameter(d, of + "push_across", "N", -kAcross, kAcross, 0,
+  const bool wall = u.phase->kind->wall;
+  const double across = wall ? kWallAcross : kAcross;
+  const double turn = wall ? kWallTurn : kTurn;
+  parameter(d, of + "push_across", "N", -across, across, 0,
             "On the COM, at right angles, forward.");
-  parameter(d, of + "push_turn", "N·m", -kTurn, kTurn, 0, "On the body, forward.");
+  parameter(d, of + "push_turn", "N·m", -turn, turn, 0, "On the body, forward.");
   std::string tilt = "0", twist = "0";
   if (u.twist != 0) {
     parameter(d, of + "push_twist", "N·m", -kTwist, kTwist, kTwistPerSpin * u.twist,

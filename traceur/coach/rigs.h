@@ -59,7 +59,9 @@ struct RigUse {
   std::string target = {};               ///< group of bodies
   std::vector<std::string> joints = {};  ///< pairs or joints
   double value = 0;                      ///< of what is set exactly [rad], a factor; 0: searched
-  double twist = 0;  ///< spin about the vertical that it is to end with, to the left [rad/s]
+  double twist = 0;        ///< spin about the vertical that it is to end with, to the left [rad/s]
+  bool wall = false;       ///< the feet are to meet a wall, not the ground
+  bool from_wall = false;  ///< it has kicked off a wall
 };
 
 struct Rig {

@@ -92,8 +92,8 @@ class Reader {
     }
     wrong_.throwIfAny();
     const auto file = skill::findRobot(script_.robot, script_.file.parent_path());
-    // What is compiled stands elsewhere: a path is looked for from there.
-    if (script_.robot.find_first_of("./") != std::string::npos) {
+    // What is compiled stands elsewhere: from there it is to be found, too.
+    if (script_.robot.find_first_of("./") != std::string::npos || !foundAnywhere(script_.robot)) {
       script_.robot = std::filesystem::absolute(file).string();
     }
     const auto robot = std::make_shared<sim::Robot>(sim::Robot::fromFile(file));
@@ -119,6 +119,15 @@ class Reader {
   }
 
  private:
+  /// Whether a robot has this name wherever one asks, not only beside the script.
+  static bool foundAnywhere(const std::string& robot) {
+    try {
+      skill::findRobot(robot, {});
+      return true;
+    } catch (const InputError&) {
+      return false;
+    }
+  }
   static std::string kindNames() {
     std::vector<std::string> names;
     for (const PhaseKind& k : phaseKinds()) names.emplace_back(k.name);
@@ -325,6 +334,10 @@ class Reader {
     }
     return false;
   }
+  static bool isAngle(const Token& t) {
+    return t.kind == Token::Kind::kNumber &&
+           (t.word.starts_with("deg") || t.word == "rad" || t.word == "°");
+  }
   static double positive(const Token& t) {
     if (t.kind != Token::Kind::kNumber || t.number <= 0) {
       throw Misunderstanding{t.column, "expected a number above 0"};
@@ -356,9 +369,7 @@ class Reader {
         if (i >= t.size() && k.angles.empty()) throw Misunderstanding{column, unknownPose(words)};
         throw Misunderstanding{column, fmt::format("\"{}\" is no joint", words)};
       }
-      const bool angle = i < t.size() && t[i].kind == Token::Kind::kNumber &&
-                         (t[i].word.starts_with("deg") || t[i].word == "rad" || t[i].word == "°");
-      if (!angle) {
+      if (i >= t.size() || !isAngle(t[i])) {
         throw Misunderstanding{column, fmt::format("\"{}\": expected an angle, as 20 deg", words)};
       }
       k.angles.push_back({joints[0], t[i++].number});
@@ -369,7 +380,7 @@ class Reader {
       return Misunderstanding{
           t[0].column,
           "expected \"UNTIL COM leads BY 0.16 m\", \"UNTIL feet leave\", \"UNTIL "
-          "hands touch\" or \"UNTIL 0.3 s\""};
+          "hands touch\", \"UNTIL root turns BY 260 deg\" or \"UNTIL 0.3 s\""};
     };
     if (t.size() == 2 && t[1].kind == Token::Kind::kNumber && t[1].word == "s") {
       phase.ending = {Ending::Kind::kAfter, "", positive(t[1])};
@@ -378,6 +389,11 @@ class Reader {
     if (t.size() == 5 && t[1].word == "com" && t[2].word == "leads" && t[3].word == "by" &&
         t[4].kind == Token::Kind::kNumber && (t[4].word == "m" || t[4].word == "cm")) {
       phase.ending = {Ending::Kind::kComLeads, std::string(phase.bears), t[4].number};
+      return;
+    }
+    if (t.size() == 5 && t[1].word == "root" && t[2].word == "turns" && t[3].word == "by" &&
+        isAngle(t[4])) {
+      phase.ending = {Ending::Kind::kTurned, "", positive(t[4])};
       return;
     }
     if (t.size() == 3 && (t[2].word == "leave" || t[2].word == "touch")) {
@@ -443,7 +459,8 @@ const std::vector<PhaseKind>& phaseKinds() {
        .blend = 0.02,
        .stiffness = 0.35,
        .damping = 0.3,
-       .bears = "feet"},
+       .bears = "feet",
+       .wall = true},
       {.name = "flipping",
        .help = "It turns in the air until the feet touch.",
        .ending = {K::kTouch, "feet", 0},

@@ -18,6 +18,7 @@ struct Ending {
     kComLeads,  ///< the COM is so far ahead of what bears it [m]
     kLeave,     ///< a group of bodies touches nothing any more
     kTouch,     ///< a group of bodies touches something
+    kTurned,    ///< the root has somersaulted so far from upright, either way [rad]
     kAfter,     ///< a time [s]
     kHeld,      ///< it is held to the end, a time [s]
   };
@@ -36,6 +37,7 @@ struct PhaseKind {
   double stiffness = 1;         ///< of the legs: in a thrust the virtual force does the rest
   double damping = 1;           ///< of the legs: at speed it brakes them
   std::string_view bears = {};  ///< the group that is on something while it lasts; empty: it flies
+  bool wall = false;            ///< what bears it is on a wall: the COM is nowhere over it
 };
 /// The phases of the dissertation's five skills.
 const std::vector<PhaseKind>& phaseKinds();
