@@ -56,11 +56,12 @@ constexpr double kSide = 0.25;  // m [ours: as far as the hips let the feet]
 
 void ikFlying(const RigUse& u, SkillDraft& d) {
   if (u.wall) {
+    // Bent to nearly straight legs, from level with the COM down [ours].
     parameter(d, "leg", "m", 0, 0.7, 0.35, "Of the COM over the feet.");
     parameter(d, "feet_forward", "m", 0.2, 0.8, 0.5, "Of the feet from the COM.");
   } else {
     parameter(d, "leg", "m", 0.35, 0.8, 0.6, "Of the COM over the feet.");
-    // From a wall it comes down backward, and fast.
+    // From a wall it comes down backward, and fast: where 2.4 m/s can be caught [ours].
     parameter(d, "feet_forward", "m", u.from_wall ? -0.55 : -0.25, 0.3, 0.05,
               "Of the feet from the COM.");
   }
@@ -109,8 +110,8 @@ void stiffness(const RigUse& u, SkillDraft& d) {
 constexpr double kPush = 3000, kAcross = 1500;  // N
 constexpr double kTurn = 300;                   // N·m
 constexpr double kTwist = 900;                  // N·m
-// On a wall the spin and the way up both come from what is across [ours: at less a flip's spin of
-// 5 rad/s was not found].
+// On a wall the spin and the way up both come from what is across [ours: with a thrust's limit the
+// moment lay at it].
 constexpr double kWallAcross = 3000, kWallTurn = 900;  // N, N·m
 constexpr double kTwistPerSpin = 200;                  // N·m·s, where the search begins
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cassert>
 #include <memory>
 #include <string>
 
@@ -19,8 +18,8 @@ namespace {
 
 constexpr std::array kPhases = {"jump-leaning", "jump-thrusting", "jump-landing"};
 
-/// Trials at which a search is given up and counted as this many: three times what is to be too
-/// few for random search.
+/// Trials at which a search is given up and counted as this many: twice what random search needs
+/// in the mean [ours].
 constexpr int kCap = 1000;
 constexpr int kLambda = 10;         // 5 of 10 [Ha2015, Tab. 7]
 constexpr double kHalfRange = 0.5;  // a step size of 1 in [-1, 1] [Ha2015, §6.4], of the range
