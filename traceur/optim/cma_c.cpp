@@ -369,39 +369,65 @@ std::uint64_t CmaC::fingerprint() const {
   return hash.value();
 }
 
+/// What a trial said of each constraint.
+template <class IO, class Trial>
+void CmaC::trialField(IO& io, Trial& trial) const {
+  io.resize(trial.x, dimension());
+  io.finite(numbers(trial.x));
+  std::string labels;
+  for (const Label label : trial.labels) labels += "-0+"[label + 1];
+  io.text(labels);
+  if constexpr (IO::kReads) {
+    for (const char c : labels) {
+      io.require(c == '+' || c == '-' || c == '0', "a trial has a label that is none");
+      trial.labels.push_back(c == '+' ? kHolds : c == '-' ? kViolated : kUnknown);
+    }
+    if (static_cast<int>(trial.labels.size()) != options_.constraints) {
+      io.fail(fmt::format("a trial has {} labels", trial.labels.size()));
+    }
+  }
+}
+
+template <class IO, class Fields, class Trials>
+void CmaC::fields(IO& io, Fields& s, Trials& told, std::string& inner) const {
+  io.integer(s.generation, 0, kMostGenerations);
+  io.integer(s.descents, 1, static_cast<std::uint64_t>(options_.restarts) + 1);
+  io.integer(s.descent, 0, s.descents - 1);
+  io.integer(s.refused, 0, kMostTrials);
+  for (auto* flag : {&s.violated, &s.seen_feasible, &s.told_feasible, &s.exploring}) {
+    io.boolean(*flag);
+  }
+  io.integer(s.toured, 0, s.descents);
+  io.integer(s.best_descent, 0, s.descents - 1);
+  io.finite(s.best_cost);
+  io.text(s.best);
+  io.resize(s.reports, options_.constraints);
+  for (auto& report : s.reports) {
+    io.boolean(report.active);
+    io.integer(report.judged, 0, kMostTrials);
+    io.integer(report.agreed, 0, report.judged);
+    io.real(report.agreement, 0, 1);
+  }
+  io.resize(s.gamma, options_.constraints);
+  io.finite(s.gamma);
+  for (const double gamma : s.gamma) {
+    if constexpr (IO::kReads) {
+      if (gamma < 0) io.fail(fmt::format("a kernel has γ = {}", gamma));
+    }
+  }
+  const auto each = [&](auto& trial) { trialField(io, trial); };
+  io.list(s.known, 0, kMostKnown, each);
+  for (auto& trial : told) io.optional(trial, each);
+  io.text(inner);
+}
+
 std::string CmaC::save() const {
   StateWriter w(kCmaC, kCmaCStateVersion);
   w.integer(dimension());
   w.integer(told_.size());
   w.integer(fingerprint());
-  for (const std::uint64_t v :
-       {s_.generation, s_.descents, s_.descent, s_.refused, std::uint64_t{s_.violated},
-        std::uint64_t{s_.seen_feasible}, std::uint64_t{s_.told_feasible},
-        std::uint64_t{s_.exploring}, s_.toured, s_.best_descent}) {
-    w.integer(v);
-  }
-  w.real(s_.best_cost);
-  w.text(s_.best);
-  for (const ClassifierReport& report : s_.reports) {
-    w.integer(report.active);
-    w.integer(report.judged);
-    w.integer(report.agreed);
-    w.real(report.agreement);
-  }
-  w.reals(s_.gamma);
-  const auto write = [&w](const Labelled& trial) {
-    w.reals({trial.x.data(), static_cast<size_t>(trial.x.size())});
-    std::string labels;
-    for (const Label label : trial.labels) labels += "-0+"[label + 1];
-    w.text(labels);
-  };
-  w.integer(s_.known.size());
-  for (const Labelled& trial : s_.known) write(trial);
-  for (const std::optional<Labelled>& trial : told_) {
-    w.integer(trial.has_value());
-    if (trial) write(*trial);
-  }
-  w.text(cma_->save());
+  std::string inner = cma_->save();
+  fields(w, s_, told_, inner);
   return w.finish();
 }
 
@@ -417,47 +443,9 @@ void CmaC::restore(std::string_view text) {
     refuse(kCmaC, "cannot restore a state saved under other options");
   }
   State s;
-  s.generation = r.integer(0, kMostGenerations);
-  s.descents = r.integer(1, static_cast<std::uint64_t>(options_.restarts) + 1);
-  s.descent = r.integer(0, s.descents - 1);
-  s.refused = r.integer(0, kMostTrials);
-  for (bool* flag : {&s.violated, &s.seen_feasible, &s.told_feasible, &s.exploring}) {
-    *flag = r.boolean();
-  }
-  s.toured = r.integer(0, s.descents);
-  s.best_descent = r.integer(0, s.descents - 1);
-  s.best_cost = r.finite();
-  s.best = r.text();
-  s.reports.resize(options_.constraints);
-  for (ClassifierReport& report : s.reports) {
-    report.active = r.boolean();
-    report.judged = r.integer(0, kMostTrials);
-    report.agreed = r.integer(0, report.judged);
-    report.agreement = r.real(0, 1);
-  }
-  s.gamma.resize(options_.constraints);
-  r.finite(s.gamma);
-  for (const double gamma : s.gamma) {
-    if (gamma < 0) r.fail(fmt::format("a kernel has γ = {}", gamma));
-  }
-  const auto read = [&] {
-    Labelled trial{VectorXd(dimension()), {}};
-    r.finite({trial.x.data(), static_cast<size_t>(trial.x.size())});
-    for (const char c : r.text()) {
-      if (c != '+' && c != '-' && c != '0') r.fail("a trial has a label that is none");
-      trial.labels.push_back(c == '+' ? kHolds : c == '-' ? kViolated : kUnknown);
-    }
-    if (static_cast<int>(trial.labels.size()) != options_.constraints) {
-      r.fail(fmt::format("a trial has {} labels", trial.labels.size()));
-    }
-    return trial;
-  };
-  for (std::uint64_t left = r.integer(0, kMostKnown); left > 0; --left) s.known.push_back(read());
   std::vector<std::optional<Labelled>> all_told(told_.size());
-  for (std::optional<Labelled>& trial : all_told) {
-    if (r.boolean()) trial = read();
-  }
-  const std::string inner = r.text();
+  std::string inner;
+  fields(r, s, all_told, inner);
   r.finish();
   std::unique_ptr<CmaEs> cma = makeDescent(s.descent);
   cma->restore(inner);

@@ -151,6 +151,10 @@ class CmaC : public Optimizer {
   void beginDescent();
   void addKnown(Labelled trial);
   std::uint64_t fingerprint() const;
+  template <class IO, class Trial>
+  void trialField(IO& io, Trial& trial) const;
+  template <class IO, class Fields, class Trials>
+  void fields(IO& io, Fields& s, Trials& told, std::string& inner) const;
 
   CmaCOptions options_;
   BoundFold bounds_;

@@ -547,98 +547,85 @@ std::uint64_t CmaEs::fingerprint() const {
   return hash.value();
 }
 
+/// A trial, told or not.
+template <class IO>
+void CmaEs::toldField(IO& io, std::optional<Told>& told) {
+  std::uint64_t rank_class = told ? told->rank_class : kUntold;
+  double cost = told ? told->cost : 0;
+  io.integer(rank_class, 0, kUntold);
+  io.finite(cost);
+  io.require(rank_class <= 2 || rank_class == kUntold,
+             fmt::format("no trial ranks in class {}", rank_class));
+  told.reset();
+  if (rank_class != kUntold) told = Told{static_cast<int>(rank_class), cost};
+}
+
+template <class IO, class State, class Trials, class Generations>
+void CmaEs::fields(IO& io, State& s, Trials& trials, Generations& history) const {
+  const int n = dimension();
+  io.integer(s.generation, 0, kMostGenerations);
+  io.integer(s.updates, 0, s.generation);
+  io.real(s.sigma, std::numeric_limits<double>::denorm_min(), kHuge);
+  for (auto* v : {&s.mean, &s.D, &s.p_sigma, &s.p_c}) io.finite(numbers(*v));
+  io.finite(numbers(s.C));
+  io.finite(numbers(s.B));
+  bool moved = s.lengths.size() > 0;
+  io.boolean(moved);
+  io.resize(s.axes, moved ? n : 0, moved ? n : 0);
+  io.resize(s.lengths, moved ? n : 0);
+  if (moved) {
+    io.finite(numbers(s.axes));
+    io.positive(numbers(s.lengths));
+  }
+  io.require(s.D.minCoeff() >= kTiny && s.D.maxCoeff() <= kHuge && s.C.diagonal().minCoeff() > 0 &&
+                 s.C.cwiseAbs().maxCoeff() <= kHuge && s.B.cwiseAbs().maxCoeff() <= 2,
+             "its covariance is none");
+  io.real(s.condition, 1, kInfinity);
+  io.integer(s.decomposed, 0, s.generation);
+  io.integer(s.flat, 0, kMostInARow);
+  io.integer(s.all_failed, 0, kMostInARow);
+  io.integer(s.refused, 0, kMostTrials);
+  bool held = s.held.size() > 0;
+  io.boolean(held);
+  io.resize(s.held, held ? n : 0);
+  if (held) {
+    io.finite(numbers(s.held));
+    io.require((s.held.array() >= options_.lower.array()).all() &&
+                   (s.held.array() <= options_.upper.array()).all(),
+               "the trial it holds lies outside the bounds");
+  }
+  io.finite(s.held_cost);
+  field(io, s.stop);
+
+  for (auto& trial : trials) {
+    std::optional<Told> told = trial;
+    toldField(io, told);
+    if constexpr (IO::kReads) trial = told;
+  }
+  io.integer(history.count, 0, s.generation);
+  const std::uint64_t needed = historyNeeded(history.count);
+  std::uint64_t kept = std::min<std::uint64_t>(history.best.size(), needed);
+  io.integer(kept, 0, kMostGenerations);
+  io.require(kept == std::min(history.count, needed),
+             fmt::format("it keeps {} of {} generations", kept, history.count));
+  for (std::uint64_t left = kept; left > 0; --left) {
+    for (auto* costs : {&history.best, &history.median}) {
+      std::optional<Told> told;
+      if constexpr (!IO::kReads) told = *(costs->end() - left);
+      toldField(io, told);
+      io.require(told.has_value(), "a generation of its history has no cost");
+      if constexpr (IO::kReads) costs->push_back(*told);
+    }
+  }
+}
+
 std::string CmaEs::save() const {
-  const CmaState& s = state_;
   StateWriter w(kCmaEs, kCmaEsStateVersion);
   w.integer(dimension());
   w.integer(constants_.lambda);
   w.integer(fingerprint());
-
-  w.integer(s.generation);
-  w.integer(s.updates);
-  w.real(s.sigma);
-  for (const VectorXd* v : {&s.mean, &s.D, &s.p_sigma, &s.p_c}) w.reals(numbers(*v));
-  w.reals(numbers(s.C));
-  w.reals(numbers(s.B));
-  w.integer(s.lengths.size() > 0);
-  if (s.lengths.size() > 0) {
-    w.reals(numbers(s.axes));
-    w.reals(numbers(s.lengths));
-  }
-  w.real(s.condition);
-  w.integer(s.decomposed);
-  w.integer(s.flat);
-  w.integer(s.all_failed);
-  w.integer(s.refused);
-  w.integer(s.held.size() > 0);
-  if (s.held.size() > 0) w.reals(numbers(s.held));
-  w.real(s.held_cost);
-  writeStop(w, s.stop);
-
-  const auto write_told = [&w](const Told& told) {
-    w.integer(told.rank_class);
-    w.real(told.cost);
-  };
-  for (const std::optional<Told>& told : told_) {
-    if (told) {
-      write_told(*told);
-    } else {
-      w.integer(kUntold);
-      w.real(0);
-    }
-  }
-  w.integer(history_.count);
-  const size_t kept = std::min(history_.best.size(), historyNeeded(history_.count));
-  w.integer(kept);
-  for (size_t i = history_.best.size() - kept; i < history_.best.size(); ++i) {
-    write_told(history_.best[i]);
-    write_told(history_.median[i]);
-  }
+  fields(w, state_, told_, history_);
   return w.finish();
-}
-
-void CmaEs::readState(StateReader& r, CmaState& s) const {
-  const int n = dimension();
-  s.generation = r.integer(0, kMostGenerations);
-  s.updates = r.integer(0, s.generation);
-  s.sigma = r.real(std::numeric_limits<double>::denorm_min(), kHuge);
-  for (VectorXd* v : {&s.mean, &s.D, &s.p_sigma, &s.p_c}) r.finite(numbers(*v));
-  r.finite(numbers(s.C));
-  r.finite(numbers(s.B));
-  const bool moved = r.boolean();
-  s.axes.resize(moved ? n : 0, moved ? n : 0);
-  s.lengths.resize(moved ? n : 0);
-  if (moved) {
-    r.finite(numbers(s.axes));
-    r.positive(numbers(s.lengths));
-  }
-  if (!(s.D.minCoeff() >= kTiny && s.D.maxCoeff() <= kHuge && s.C.diagonal().minCoeff() > 0 &&
-        s.C.cwiseAbs().maxCoeff() <= kHuge && s.B.cwiseAbs().maxCoeff() <= 2)) {
-    r.fail("its covariance is none");
-  }
-  s.condition = r.real(1, kInfinity);
-  s.decomposed = r.integer(0, s.generation);
-  s.flat = static_cast<int>(r.integer(0, kMostInARow));
-  s.all_failed = static_cast<int>(r.integer(0, kMostInARow));
-  s.refused = r.integer(0, kMostTrials);
-  s.held.resize(r.boolean() ? n : 0);
-  if (s.held.size() > 0) {
-    r.finite(numbers(s.held));
-    if (!((s.held.array() >= options_.lower.array()).all() &&
-          (s.held.array() <= options_.upper.array()).all())) {
-      r.fail("the trial it holds lies outside the bounds");
-    }
-  }
-  s.held_cost = r.finite();
-  s.stop = readStop(r);
-}
-
-std::optional<CmaEs::Told> CmaEs::readTold(StateReader& r) const {
-  const std::uint64_t rank_class = r.integer();
-  const double cost = r.finite();
-  if (rank_class == kUntold) return std::nullopt;
-  if (rank_class > 2) r.fail(fmt::format("no trial ranks in class {}", rank_class));
-  return Told{static_cast<int>(rank_class), cost};
 }
 
 void CmaEs::restore(std::string_view text) {
@@ -656,28 +643,13 @@ void CmaEs::restore(std::string_view text) {
   }
 
   CmaState s = state_;
-  readState(r, s);
   std::vector<std::optional<Told>> all_told(told_.size());
-  int count = 0;
-  for (std::optional<Told>& told : all_told) {
-    told = readTold(r);
-    count += told.has_value();
-  }
-  if (count == constants_.lambda) r.fail("its generation is over, and was not learned from");
   History history;
-  history.count = r.integer(0, s.generation);
-  const std::uint64_t kept = r.integer(0, kMostGenerations);
-  if (kept != std::min<std::uint64_t>(history.count, historyNeeded(history.count))) {
-    r.fail(fmt::format("it keeps {} of {} generations", kept, history.count));
-  }
-  for (std::uint64_t i = 0; i < kept; ++i) {
-    const std::optional<Told> best = readTold(r);
-    const std::optional<Told> middle = readTold(r);
-    if (!best || !middle) r.fail("a generation of its history has no cost");
-    history.best.push_back(*best);
-    history.median.push_back(*middle);
-  }
+  fields(r, s, all_told, history);
   r.finish();
+  const auto count = static_cast<int>(std::count_if(
+      all_told.begin(), all_told.end(), [](const auto& told) { return told.has_value(); }));
+  if (count == constants_.lambda) r.fail("its generation is over, and was not learned from");
 
   state_ = std::move(s);
   history_ = std::move(history);

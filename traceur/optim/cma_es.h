@@ -12,8 +12,6 @@ namespace traceur::optim {
 
 using Eigen::MatrixXd;
 
-class StateReader;
-
 /// When CMA-ES has nothing more to gain [Hansen2016, App. B.3]. Names are the literature's, and the
 /// reason a run reports. g counts generations, h those with at least one meaningful cost; the
 /// history window is w = 10 + ⌈30 n/λ⌉ of the latter. A cost of a generation is its best one's.
@@ -205,8 +203,10 @@ class CmaEs : public Optimizer {
   void remember(int meaningful);
   size_t stagnationWindow(std::uint64_t count) const;
   size_t historyNeeded(std::uint64_t count) const;
-  void readState(StateReader& r, CmaState& s) const;
-  std::optional<Told> readTold(StateReader& r) const;
+  template <class IO>
+  static void toldField(IO& io, std::optional<Told>& told);
+  template <class IO, class State, class Trials, class Generations>
+  void fields(IO& io, State& s, Trials& trials, Generations& history) const;
   std::optional<Stop> findStop(int meaningful) const;
   std::optional<Stop> findHistoryStop(int meaningful) const;
 

@@ -847,10 +847,10 @@ std::string withBasis(const CmaEs& cma, const MatrixXd& U, const VectorXd& lengt
   StateWriter w("cma-es", 4);
   const auto reals = [&](const auto& m) { w.reals({m.data(), static_cast<size_t>(m.size())}); };
   for (int i = 0; i < 5; ++i) w.integer(r.integer());
-  w.real(r.real());
-  for (int i = 0; i < 6; ++i) r.reals();
-  r.boolean();
-  r.real();
+  w.integer(r.integer());  // sigma, to the bit
+  std::vector<double> numbers_read;
+  for (int i = 0; i < 6; ++i) r.reals(numbers_read);
+  for (int i = 0; i < 2; ++i) r.integer();  // whether it has moved, condition
   reals(s.mean);
   reals(VectorXd(VectorXd::Ones(n)));
   reals(VectorXd(U.transpose() * s.p_sigma));
@@ -862,11 +862,17 @@ std::string withBasis(const CmaEs& cma, const MatrixXd& U, const VectorXd& lengt
   reals(lengths);
   w.real(1);
   for (int i = 0; i < 4; ++i) w.integer(r.integer());
-  const bool holds = r.boolean();
-  w.integer(holds);
-  if (holds) w.reals(r.reals());
-  w.real(r.real());
-  writeStop(w, readStop(r));
+  bool holds = false;
+  r.boolean(holds);
+  w.boolean(holds);
+  if (holds) {
+    r.reals(numbers_read);
+    w.reals(numbers_read);
+  }
+  w.integer(r.integer());  // held_cost
+  std::optional<Stop> stop;
+  field(r, stop);
+  field(w, stop);
   for (int i = 0; i < 2 * cma.constants().lambda; ++i) w.integer(r.integer());
   w.integer(r.integer());
   const std::uint64_t kept = r.integer();
@@ -1007,9 +1013,10 @@ TEST(CmaEs, RaisesEigenvaluesThatAreNoiseOfRounding) {
   StateReader r(state, "cma-es", 4);
   StateWriter w("cma-es", 4);
   for (int i = 0; i < 5; ++i) w.integer(r.integer());
-  w.real(r.real());
+  w.integer(r.integer());
   for (int i = 0; i < 6; ++i) {
-    std::vector<double> v = r.reals();
+    std::vector<double> v;
+    r.reals(v);
     if (i == 1) v[1] = 1e-12;  // D
     if (i == 4) v[3] = 1e-24;  // C
     w.reals(v);

@@ -567,36 +567,71 @@ std::uint64_t ContextualCma::fingerprint() const {
   return hash.value();
 }
 
+/// Costs of the tasks, NaN where a trial says nothing.
+template <class IO, class Costs>
+void ContextualCma::costs(IO& io, Costs& of_tasks, bool may_be_none) const {
+  io.reals(of_tasks);
+  if constexpr (IO::kReads) {
+    if (may_be_none && of_tasks.empty()) return;
+    if (of_tasks.size() != static_cast<size_t>(tasks())) {
+      io.fail(fmt::format("a trial has costs of {} tasks", of_tasks.size()));
+    }
+    for (const double cost : of_tasks) {
+      io.require(!std::isinf(cost), "a trial has an infinite cost");
+    }
+  }
+}
+
+template <class IO, class State, class Best, class Told>
+void ContextualCma::fields(IO& io, State& s, Best& best, Told& told) const {
+  io.integer(s.generation, 0, kMostGenerations);
+  io.integer(s.trials, 0, kMostTrials);
+  io.integer(s.updates, 0, s.generation);
+  io.integer(s.samples, 0, kMostTrials);
+  io.integer(s.curves, 0, s.generation);
+  io.integer(s.restarts, 0, options_.max_restarts);
+  io.integer(s.lambda, lambdaAfter(s.restarts), lambdaAfter(s.restarts));
+  io.integer(s.all_failed, 0, kMostInARow);
+  io.positive(s.sigma);
+  for (auto* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) io.finite(numbers(*m));
+  io.require(s.C.diagonal().minCoeff() > 0, "its covariance is none");
+  io.reals(s.costs);
+  io.require(s.costs.size() == s.curves, "it has costs of another number of curves");
+  for (const double cost : s.costs) io.require(!std::isnan(cost), "the cost of a curve is NaN");
+  io.list(s.elites, [&](auto& elite) {
+    io.integer(elite.generation, 0, s.generation);
+    io.resize(elite.x, dimension());
+    io.finite(numbers(elite.x));
+    costs(io, elite.costs, false);
+  });
+  field(io, s.stop);
+  io.optional(best, [&](auto& family) {
+    if constexpr (IO::kReads) {
+      family.curve = {Curve::Kind::kBezier, MatrixXd(dimension(), options_.control_points),
+                      bounds_};
+    }
+    io.finite(numbers(family.curve.points));
+    io.finite(family.cost);
+    io.resize(family.task_costs, tasks());
+    io.finite(family.task_costs);
+  });
+  io.list(told, [&](auto& trial) {
+    auto of_tasks = trial.value_or(std::vector<double>());
+    costs(io, of_tasks, true);
+    if constexpr (IO::kReads) {
+      if (!of_tasks.empty()) trial = std::move(of_tasks);
+    }
+  });
+  io.require(told.size() == static_cast<size_t>(candidates(s)),
+             fmt::format("it has {} candidates, expected {}", told.size(), candidates(s)));
+}
+
 std::string ContextualCma::save() const {
-  const ContextualCmaState& s = state_;
   StateWriter w(kContextual, kContextualStateVersion);
   w.integer(dimension());
   w.integer(tasks());
   w.integer(fingerprint());
-  for (const std::uint64_t v :
-       {s.generation, s.trials, s.updates, s.samples, s.curves,
-        static_cast<std::uint64_t>(s.restarts), static_cast<std::uint64_t>(s.lambda),
-        static_cast<std::uint64_t>(s.all_failed)}) {
-    w.integer(v);
-  }
-  w.real(s.sigma);
-  for (const MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) w.reals(numbers(*m));
-  w.reals(s.costs);
-  w.integer(s.elites.size());
-  for (const ContextualCmaState::Elite& e : s.elites) {
-    w.integer(e.generation);
-    w.reals(numbers(e.x));
-    w.reals(e.costs);
-  }
-  writeStop(w, s.stop);
-  w.integer(best_.has_value());
-  if (best_) {
-    w.reals(numbers(best_->curve.points));
-    w.real(best_->cost);
-    w.reals(best_->task_costs);
-  }
-  w.integer(told_.size());
-  for (const auto& told : told_) w.reals(told ? *told : std::vector<double>());
+  fields(w, state_, best_, told_);
   return w.finish();
 }
 
@@ -613,64 +648,15 @@ void ContextualCma::restore(std::string_view text) {
            "cannot restore a state saved under other options (seed, x0, sigma, bounds, …)");
   }
   ContextualCmaState s = state_;
-  s.generation = r.integer(0, kMostGenerations);
-  s.trials = r.integer(0, kMostTrials);
-  s.updates = r.integer(0, s.generation);
-  s.samples = r.integer(0, kMostTrials);
-  s.curves = r.integer(0, s.generation);
-  s.restarts = static_cast<int>(r.integer(0, options_.max_restarts));
-  const int lambda_now = lambdaAfter(s.restarts);
-  s.lambda = static_cast<int>(r.integer(lambda_now, lambda_now));
-  s.all_failed = static_cast<int>(r.integer(0, kMostInARow));
-  s.sigma = r.positive();
-  for (MatrixXd* m : {&s.A, &s.C, &s.p_sigma, &s.p_c}) r.finite(numbers(*m));
-  if (!(s.C.diagonal().minCoeff() > 0)) r.fail("its covariance is none");
-  s.costs = r.reals();
-  if (s.costs.size() != s.curves) r.fail("it has costs of another number of curves");
-  for (const double cost : s.costs) {
-    if (std::isnan(cost)) r.fail("the cost of a curve is NaN");
-  }
-  // Costs of the tasks, NaN where a trial says nothing.
-  const auto check_costs = [&](const std::vector<double>& costs) {
-    if (costs.size() != M) r.fail(fmt::format("a trial has costs of {} tasks", costs.size()));
-    for (const double cost : costs) {
-      if (std::isinf(cost)) r.fail("a trial has an infinite cost");
-    }
-  };
-  s.elites.resize(r.count((n + M) * sizeof(double)));
-  for (ContextualCmaState::Elite& e : s.elites) {
-    e.generation = r.integer(0, s.generation);
-    e.x.resize(dimension());
-    r.finite(numbers(e.x));
-    e.costs = r.reals();
-    check_costs(e.costs);
-  }
-  s.stop = readStop(r);
   std::optional<Family> best;
-  if (r.boolean()) {
-    best.emplace();
-    best->curve = {Curve::Kind::kBezier, MatrixXd(dimension(), options_.control_points), bounds_};
-    r.finite(numbers(best->curve.points));
-    best->cost = r.finite();
-    best->task_costs.resize(M);
-    r.finite(best->task_costs);
-  }
-  std::vector<std::optional<std::vector<double>>> all_told(r.count(sizeof(std::uint64_t)));
-  if (all_told.size() != static_cast<size_t>(candidates(s))) {
-    r.fail(fmt::format("it has {} candidates, expected {}", all_told.size(), candidates(s)));
-  }
-  int count = 0;
-  for (auto& told : all_told) {
-    std::vector<double> costs = r.reals();
-    if (costs.empty()) continue;
-    check_costs(costs);
-    told = std::move(costs);
-    ++count;
-  }
+  std::vector<std::optional<std::vector<double>>> all_told;
+  fields(r, s, best, all_told);
+  r.finish();
+  const auto count = static_cast<int>(std::count_if(
+      all_told.begin(), all_told.end(), [](const auto& told) { return told.has_value(); }));
   if (count == static_cast<int>(all_told.size())) {
     r.fail("its generation is over, and was not learned from");
   }
-  r.finish();
   state_ = std::move(s);
   best_ = std::move(best);
   told_ = std::move(all_told);

@@ -157,6 +157,10 @@ class ContextualCma : public FamilyOptimizer {
   void endRunIfDone(bool anything);
   Curve curve() const;
   std::uint64_t fingerprint() const;
+  template <class IO, class Costs>
+  void costs(IO& io, Costs& of_tasks, bool may_be_none) const;
+  template <class IO, class State, class Best, class Told>
+  void fields(IO& io, State& s, Best& best, Told& told) const;
 
   ContextualCmaOptions options_;
   BoundFold bounds_;

@@ -353,35 +353,49 @@ std::uint64_t CurveCma::fingerprint() const {
   return hash.value();
 }
 
+template <class IO, class State, class Told, class Costs>
+void CurveCma::fields(IO& io, State& s, Told& told, Costs& costs) const {
+  io.integer(s.generation, 0, kMostGenerations);
+  io.integer(s.first_id, 0, kMostTrials);
+  io.boolean(s.measuring);
+  io.boolean(s.measured);
+  io.finite(numbers(s.points));
+  io.finite(numbers(s.proposed));
+  io.real(s.cost, std::numeric_limits<double>::lowest(), kInfinity);
+  io.reals(numbers(s.task_costs));
+  io.require(!isCost(s.cost) || s.task_costs.allFinite(), "a task of its curve has no cost");
+  io.positive(s.sigma);
+  io.real(s.p_success, 0, 1);
+  for (auto& shape : s.shapes) {
+    io.finite(numbers(shape.p_c));
+    io.finite(numbers(shape.L));
+    io.require(shape.L.diagonal().minCoeff() > 0, "a task's covariance is none");
+  }
+  for (auto& elites : s.elites) {
+    io.list(elites, 0, options_.elites, [&](auto& elite) {
+      io.finite(elite.cost);
+      io.resize(elite.x, n());
+      io.finite(numbers(elite.x));
+    });
+  }
+  io.integer(s.all_failed, 0, kMostInARow);
+  field(io, s.stop);
+  const int size = s.measuring ? taskCount() : options_.lambda;
+  io.resize(told, size);
+  for (int k = 0; k < size; ++k) {
+    bool is_told = told[k];
+    io.boolean(is_told);
+    if constexpr (IO::kReads) told[k] = is_told;
+  }
+  io.resize(costs, taskCount(), size);
+  io.reals(numbers(costs));
+  io.require(!costs.array().isInf().any(), "a trial has an infinite cost");
+}
+
 std::string CurveCma::save() const {
-  const CurveCmaState& s = state_;
   StateWriter w(kCurve, kCurveStateVersion);
   w.integer(fingerprint());
-  w.integer(s.generation);
-  w.integer(s.first_id);
-  w.integer(s.measuring);
-  w.integer(s.measured);
-  w.reals(numbers(s.points));
-  w.reals(numbers(s.proposed));
-  w.real(s.cost);
-  w.reals(numbers(s.task_costs));
-  w.real(s.sigma);
-  w.real(s.p_success);
-  for (const SuccessCovariance& shape : s.shapes) {
-    w.reals(numbers(shape.p_c));
-    w.reals(numbers(shape.L));
-  }
-  for (const auto& elites : s.elites) {
-    w.integer(elites.size());
-    for (const auto& elite : elites) {
-      w.real(elite.cost);
-      w.reals(numbers(elite.x));
-    }
-  }
-  w.integer(s.all_failed);
-  writeStop(w, s.stop);
-  for (int k = 0; k < count(); ++k) w.integer(told_[k]);
-  w.reals(numbers(costs_));
+  fields(w, state_, told_, costs_);
   return w.finish();
 }
 
@@ -392,43 +406,13 @@ void CurveCma::restore(std::string_view text) {
            "cannot restore a state saved under other options (seed, x0, sigma, bounds, tasks …)");
   }
   CurveCmaState s = state_;
-  s.generation = r.integer(0, kMostGenerations);
-  s.first_id = r.integer(0, kMostTrials);
-  s.measuring = r.boolean();
-  s.measured = r.boolean();
-  r.finite(numbers(s.points));
-  r.finite(numbers(s.proposed));
-  s.cost = r.real(std::numeric_limits<double>::lowest(), kInfinity);
-  r.reals(numbers(s.task_costs));
-  if (isCost(s.cost) && !s.task_costs.allFinite()) r.fail("a task of its curve has no cost");
-  s.sigma = r.positive();
-  s.p_success = r.real(0, 1);
-  for (SuccessCovariance& shape : s.shapes) {
-    r.finite(numbers(shape.p_c));
-    r.finite(numbers(shape.L));
-    if (!(shape.L.diagonal().minCoeff() > 0)) r.fail("a task's covariance is none");
-  }
-  for (auto& elites : s.elites) {
-    elites.clear();
-    for (std::uint64_t left = r.integer(0, options_.elites); left > 0; --left) {
-      const double cost = r.finite();
-      VectorXd x(n());
-      r.finite(numbers(x));
-      elites.push_back({cost, std::move(x)});
-    }
-  }
-  s.all_failed = static_cast<int>(r.integer(0, kMostInARow));
-  s.stop = readStop(r);
-  const int size = s.measuring ? taskCount() : options_.lambda;
-  std::vector<bool> told(size);
-  for (int k = 0; k < size; ++k) told[k] = r.boolean();
-  MatrixXd costs(taskCount(), size);
-  r.reals(numbers(costs));
-  if (costs.array().isInf().any()) r.fail("a trial has an infinite cost");
+  std::vector<bool> told;
+  MatrixXd costs;
+  fields(r, s, told, costs);
+  r.finish();
   if (std::find(told.begin(), told.end(), false) == told.end()) {
     r.fail("its generation is over, and was not learned from");
   }
-  r.finish();
 
   state_ = std::move(s);
   costs_ = std::move(costs);

@@ -158,6 +158,8 @@ class CurveCma : public FamilyOptimizer {
   void intoBox(MatrixXd& points) const;
   void findStop();
   std::uint64_t fingerprint() const;
+  template <class IO, class State, class Told, class Costs>
+  void fields(IO& io, State& s, Told& told, Costs& costs) const;
 
   CurveCmaOptions options_;
   SuccessConstants constants_;

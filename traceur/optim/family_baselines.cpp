@@ -44,50 +44,41 @@ size_t placeOf(std::string_view who, std::uint64_t id, std::uint64_t first, size
   throw InputError(fmt::format("{}: candidate {} has been told already", who, id));
 }
 
-void write(StateWriter& w, const MatrixXd& m) {
-  w.integer(m.rows());
-  w.integer(m.cols());
-  w.reals(numbers(m));
-}
-
 /// Of finite numbers, (n x columns).
-MatrixXd readMatrix(StateReader& r, int n, int columns) {
-  r.integer(n, n);
-  r.integer(columns, columns);
-  MatrixXd m(n, columns);
-  r.finite(numbers(m));
-  return m;
-}
-
-void write(StateWriter& w, const std::optional<Family>& family) {
-  w.integer(family.has_value());
-  if (!family) return;
-  w.integer(family->curve.kind == Curve::Kind::kPolyline);
-  write(w, family->curve.points);
-  w.real(family->cost);
-  w.reals(family->task_costs);
+template <class IO, class Matrix>
+void matrixField(IO& io, Matrix& m, Eigen::Index n, Eigen::Index columns) {
+  io.integer(n, n, n);
+  io.integer(columns, columns, columns);
+  io.resize(m, n, columns);
+  io.finite(numbers(m));
 }
 
 /// A curve of that kind, (n x columns), and its costs of the tasks.
-std::optional<Family> readFamily(StateReader& r, Curve::Kind kind, int n, int columns, int tasks) {
-  if (!r.boolean()) return std::nullopt;
-  Family family;
-  family.curve.kind = kind;
-  if (r.boolean() != (kind == Curve::Kind::kPolyline)) r.fail("its curve is of another kind");
-  family.curve.points = readMatrix(r, n, columns);
-  family.cost = r.finite();
-  family.task_costs.resize(tasks);
-  r.finite(family.task_costs);
-  return family;
+template <class IO, class Best>
+void familyField(IO& io, Best& best, Curve::Kind kind, int n, int columns, int tasks) {
+  io.optional(best, [&](auto& family) {
+    bool polyline = kind == Curve::Kind::kPolyline;
+    io.boolean(polyline);
+    io.require(polyline == (kind == Curve::Kind::kPolyline), "its curve is of another kind");
+    if constexpr (IO::kReads) family.curve.kind = kind;
+    matrixField(io, family.curve.points, n, columns);
+    io.finite(family.cost);
+    io.resize(family.task_costs, tasks);
+    io.finite(family.task_costs);
+  });
 }
 
 /// What a trial said of its task: nothing yet; NaN; or a cost.
-std::optional<double> readTold(StateReader& r) {
-  const bool told = r.boolean();
-  const double cost = r.real();
-  if (!told) return std::nullopt;
-  if (std::isinf(cost)) r.fail("a trial has an infinite cost");
-  return cost;
+template <class IO, class Told>
+void toldField(IO& io, Told& told) {
+  bool is_told = told.has_value();
+  double cost = told.value_or(0);
+  io.boolean(is_told);
+  io.real(cost);
+  io.require(!is_told || !std::isinf(cost), "a trial has an infinite cost");
+  if constexpr (IO::kReads) {
+    if (is_told) told = cost;
+  }
 }
 
 /// Options of CMA-ES in n variables as those in K copies of them.
@@ -176,28 +167,33 @@ void PhiCma::update() {
   told_count_ = 0;
 }
 
+template <class IO, class Best, class Trials>
+void PhiCma::fields(IO& io, std::string& inner, Best& best, Trials& told) const {
+  io.text(inner);
+  const int K = static_cast<int>(cma_.options().x0.size()) / n_;
+  familyField(io, best, Curve::Kind::kBezier, n_, K, taskCount());
+  for (auto& cost : told) toldField(io, cost);
+}
+
 std::string PhiCma::save() const {
   StateWriter w(kPhi, kBaselinesStateVersion);
   w.reals(numbers(w_));
-  w.text(cma_.save());
-  write(w, best_);
-  for (const std::optional<double>& cost : told_) {
-    w.integer(cost.has_value());
-    w.real(cost.value_or(0));
-  }
+  std::string inner = cma_.save();
+  fields(w, inner, best_, told_);
   return w.finish();
 }
 
 void PhiCma::restore(std::string_view text) {
   StateReader r(text, kPhi, kBaselinesStateVersion);
-  if (r.reals() != std::vector<double>(w_.begin(), w_.end())) {
+  std::vector<double> tasks;
+  r.reals(tasks);
+  if (tasks != std::vector<double>(w_.begin(), w_.end())) {
     throw InputError("cma: cannot restore a state saved for other tasks");
   }
-  const std::string inner = r.text();
-  const int K = static_cast<int>(cma_.options().x0.size()) / n_;
-  std::optional<Family> best = readFamily(r, Curve::Kind::kBezier, n_, K, taskCount());
+  std::string inner;
+  std::optional<Family> best;
   std::vector<std::optional<double>> told(told_.size());
-  for (std::optional<double>& cost : told) cost = readTold(r);
+  fields(r, inner, best, told);
   r.finish();
   const auto told_count = static_cast<int>(
       std::count_if(told.begin(), told.end(), [](const auto& cost) { return cost.has_value(); }));
@@ -354,83 +350,76 @@ std::uint64_t IndividualCma::fingerprint() const {
   return hash.value();
 }
 
+/// A task's search; what is read is `search`'s, begun anew.
+template <class IO, class Begun>
+void IndividualCma::searchField(IO& io, Begun& search, int task) const {
+  bool begun = search.cma != nullptr;
+  io.boolean(begun);
+  if constexpr (IO::kReads) {
+    io.require(begun || (task > 0 && options_.turn > 0), "a task has no search");
+    search = {};
+  }
+  if (!begun) return;
+  const auto n = options_.cma.x0.size();
+  io.resize(search.x0, n);
+  io.finite(numbers(search.x0));
+  std::string inner;
+  if constexpr (!IO::kReads) inner = search.cma->save();
+  io.text(inner);
+  if constexpr (IO::kReads) {
+    search.cma = searchFrom(task, search.x0);
+    search.cma->restore(inner);
+    io.require(search.cma->toldCount() == 0, "a search was told more than its task");
+  }
+  io.real(search.cost, std::numeric_limits<double>::lowest(), kInfinity);
+  const bool has_best = isCost(search.cost);
+  matrixField(io, search.best, has_best ? n : 0, 1);
+  if (has_best) {
+    io.require((search.best.array() >= options_.cma.lower.array()).all() &&
+                   (search.best.array() <= options_.cma.upper.array()).all(),
+               "a task's best lies outside the bounds");
+  }
+  field(io, search.stop);
+}
+
+template <class IO, class Self>
+void IndividualCma::fields(IO& io, Self& s) const {
+  io.integer(s.generation_, 0, kMostGenerations);
+  io.integer(s.first_id_, 0, kMostTrials);
+  io.integer(s.current_, 0, taskCount() - 1);
+  io.integer(s.left_, 0, options_.turn);
+  for (int i = 0; i < taskCount(); ++i) searchField(io, s.searches_[i], i);
+  field(io, s.stop_);
+  familyField(io, s.best_, Curve::Kind::kPolyline, static_cast<int>(options_.cma.x0.size()), knots_,
+              taskCount());
+  if constexpr (IO::kReads) s.asked_ = s.gather();
+  std::uint64_t asked = s.asked_.size();
+  io.integer(asked, 0, UINT64_MAX);
+  io.require(asked == s.asked_.size(), "it is of another number of candidates");
+  for (auto& trial : s.asked_) toldField(io, trial.cost);
+}
+
 std::string IndividualCma::save() const {
   StateWriter w(kIndividual, kBaselinesStateVersion);
   w.integer(fingerprint());
-  w.integer(generation_);
-  w.integer(first_id_);
-  w.integer(current_);
-  w.integer(left_);
-  for (const Search& search : searches_) {
-    w.integer(search.cma != nullptr);
-    if (!search.cma) continue;
-    w.reals(numbers(search.x0));
-    w.text(search.cma->save());
-    w.real(search.cost);
-    write(w, search.best);
-    writeStop(w, search.stop);
-  }
-  writeStop(w, stop_);
-  write(w, best_);
-  w.integer(asked_.size());
-  for (const Asked& asked : asked_) {
-    w.integer(asked.cost.has_value());
-    w.real(asked.cost.value_or(0));
-  }
+  fields(w, *this);
   return w.finish();
 }
 
 void IndividualCma::restore(std::string_view text) {
   StateReader r(text, kIndividual, kBaselinesStateVersion);
-  const auto refuse = [](std::string_view why) {
-    throw InputError(fmt::format("individual: cannot restore a state {}", why));
-  };
-  const int n = static_cast<int>(options_.cma.x0.size());
-  if (r.integer() != fingerprint()) refuse("saved under other options");
+  if (r.integer() != fingerprint()) {
+    throw InputError("individual: cannot restore a state saved under other options");
+  }
   IndividualCma other(options_);
-  other.generation_ = r.integer(0, kMostGenerations);
-  other.first_id_ = r.integer(0, kMostTrials);
-  other.current_ = static_cast<int>(r.integer(0, taskCount() - 1));
-  other.left_ = static_cast<int>(r.integer(0, options_.turn));
-  for (int i = 0; i < taskCount(); ++i) {
-    Search& search = other.searches_[i];
-    search = {};
-    if (!r.boolean()) {
-      if (i == 0 || options_.turn == 0) r.fail("a task has no search");
-      continue;
-    }
-    search.x0.resize(n);
-    r.finite(numbers(search.x0));
-    search.cma = searchFrom(i, search.x0);
-    search.cma->restore(r.text());
-    if (search.cma->toldCount() > 0) r.fail("a search was told more than its task");
-    search.cost = r.real(std::numeric_limits<double>::lowest(), kInfinity);
-    if (isCost(search.cost)) {
-      search.best = readMatrix(r, n, 1);
-      const CmaEsOptions& o = options_.cma;
-      if (!((search.best.array() >= o.lower.array()).all() &&
-            (search.best.array() <= o.upper.array()).all())) {
-        r.fail("a task's best lies outside the bounds");
-      }
-    } else {
-      r.integer(0, 0);
-      r.integer(0, 1);
-      r.integer(0, 0);
-    }
-    search.stop = readStop(r);
-  }
-  other.stop_ = readStop(r);
-  other.best_ = readFamily(r, Curve::Kind::kPolyline, n, knots_, taskCount());
-  other.asked_ = other.gather();
-  if (r.integer() != other.asked_.size()) refuse("of another number of candidates");
-  for (Asked& asked : other.asked_) {
-    asked.cost = readTold(r);
-    other.told_count_ += asked.cost.has_value();
-  }
+  fields(r, other);
+  r.finish();
+  other.told_count_ =
+      static_cast<int>(std::count_if(other.asked_.begin(), other.asked_.end(),
+                                     [](const Asked& asked) { return asked.cost.has_value(); }));
   if (!other.asked_.empty() && other.told_count_ == static_cast<int>(other.asked_.size())) {
     r.fail("its generation is over, and was not learned from");
   }
-  r.finish();
   *this = std::move(other);
 }
 

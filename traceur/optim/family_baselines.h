@@ -46,6 +46,8 @@ class PhiCma : public FamilyOptimizer {
   std::uint64_t firstId() const { return cma_.state().generation * count(); }
   VectorXd pointAt(const VectorXd& phi, int task) const;
   void update();
+  template <class IO, class Best, class Trials>
+  void fields(IO& io, std::string& inner, Best& best, Trials& told) const;
 
   VectorXd w_;  // (M) the tasks in [0, 1]
   int n_;
@@ -111,6 +113,10 @@ class IndividualCma : public FamilyOptimizer {
   void passTurn();
   void join();
   std::uint64_t fingerprint() const;
+  template <class IO, class Begun>
+  void searchField(IO& io, Begun& search, int task) const;
+  template <class IO, class Self>
+  void fields(IO& io, Self& s) const;
 
   IndividualCmaOptions options_;
   VectorXd w_;     // (M) the tasks in [0, 1]

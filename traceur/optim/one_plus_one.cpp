@@ -208,23 +208,30 @@ std::uint64_t OnePlusOne::fingerprint() const {
   return hash.value();
 }
 
+template <class IO, class State>
+void OnePlusOne::fields(IO& io, State& s) const {
+  io.integer(s.trial, 0, kMostTrials);
+  io.integer(s.descent, 0, options_.restarts);
+  io.finite(numbers(s.parent));
+  io.boolean(s.has_parent);
+  io.integer(s.violations, 0, options_.constraints + 1);
+  io.finite(s.cost);
+  io.positive(s.sigma);
+  io.real(s.p_success, 0, 1);
+  io.finite(numbers(s.shape.p_c));
+  io.finite(numbers(s.shape.L));
+  io.require(s.shape.L.diagonal().minCoeff() > 0, "its covariance is none");
+  io.finite(numbers(s.fading));
+  io.list(s.ancestors, 0, kAncestors, [&](auto& cost) { io.finite(cost); });
+  io.integer(s.all_failed, 0, kMostInARow);
+  field(io, s.stop);
+}
+
 std::string OnePlusOne::save() const {
-  const OnePlusOneState& s = state_;
   StateWriter w(kOnePlusOne, kOnePlusOneStateVersion);
   w.integer(dimension());
   w.integer(fingerprint());
-  w.integer(s.trial);
-  w.integer(s.descent);
-  w.reals(numbers(s.parent));
-  w.integer(s.has_parent);
-  w.integer(s.violations);
-  for (const double v : {s.cost, s.sigma, s.p_success}) w.real(v);
-  w.reals(numbers(s.shape.p_c));
-  w.reals(numbers(s.shape.L));
-  w.reals(numbers(s.fading));
-  w.reals(s.ancestors);
-  w.integer(s.all_failed);
-  writeStop(w, s.stop);
+  fields(w, state_);
   return w.finish();
 }
 
@@ -238,22 +245,7 @@ void OnePlusOne::restore(std::string_view text) {
     refuse(kOnePlusOne, "cannot restore a state saved under other options");
   }
   OnePlusOneState s = state_;
-  s.trial = r.integer(0, kMostTrials);
-  s.descent = r.integer(0, static_cast<std::uint64_t>(options_.restarts));
-  r.finite(numbers(s.parent));
-  s.has_parent = r.boolean();
-  s.violations = static_cast<int>(r.integer(0, options_.constraints + 1));
-  s.cost = r.finite();
-  s.sigma = r.positive();
-  s.p_success = r.real(0, 1);
-  r.finite(numbers(s.shape.p_c));
-  r.finite(numbers(s.shape.L));
-  if (!(s.shape.L.diagonal().minCoeff() > 0)) r.fail("its covariance is none");
-  r.finite(numbers(s.fading));
-  s.ancestors.resize(r.integer(0, kAncestors));
-  for (double& cost : s.ancestors) cost = r.finite();
-  s.all_failed = static_cast<int>(r.integer(0, kMostInARow));
-  s.stop = readStop(r);
+  fields(r, s);
   r.finish();
   state_ = std::move(s);
   drawn_ = false;

@@ -100,6 +100,8 @@ class OnePlusOne : public Optimizer {
   void limitToBox();
   std::optional<Stop> findStop() const;
   std::uint64_t fingerprint() const;
+  template <class IO, class State>
+  void fields(IO& io, State& s) const;
 
   OnePlusOneOptions options_;
   SuccessConstants constants_;

@@ -123,15 +123,26 @@ std::uint64_t Restarts::fingerprint() const {
   return hash.value();
 }
 
+template <class IO, class Fields>
+void Restarts::fields(IO& io, Fields& s, std::string& inner) const {
+  io.integer(s.descents, 1, kMostTrials);
+  io.integer(s.grown, 0, restarts_.restarts);
+  io.boolean(s.small);
+  io.integer(
+      s.lambda, 2,
+      static_cast<std::uint64_t>(std::max(grown(s.grown), static_cast<double>(options_.lambda))));
+  for (auto* v : {&s.first_id, &s.used[0], &s.used[1], &s.latest_large}) {
+    io.integer(*v, 0, kMostTrials);
+  }
+  io.real(s.sigma, std::numeric_limits<double>::denorm_min(), options_.sigma);
+  io.text(inner);
+}
+
 std::string Restarts::save() const {
   StateWriter w(kRestarts, kRestartsStateVersion);
   w.integer(fingerprint());
-  for (const std::uint64_t v : {s_.descents, s_.grown, std::uint64_t{s_.small}, s_.lambda,
-                                s_.first_id, s_.used[0], s_.used[1], s_.latest_large}) {
-    w.integer(v);
-  }
-  w.real(s_.sigma);
-  w.text(cma_->save());
+  std::string inner = cma_->save();
+  fields(w, s_, inner);
   return w.finish();
 }
 
@@ -141,16 +152,8 @@ void Restarts::restore(std::string_view text) {
     refuse(kRestarts, "cannot restore a state saved under other options");
   }
   State s;
-  s.descents = r.integer(1, kMostTrials);
-  s.grown = r.integer(0, static_cast<std::uint64_t>(restarts_.restarts));
-  s.small = r.boolean();
-  s.lambda = r.integer(2, static_cast<std::uint64_t>(
-                              std::max(grown(s.grown), static_cast<double>(options_.lambda))));
-  for (std::uint64_t* v : {&s.first_id, &s.used[0], &s.used[1], &s.latest_large}) {
-    *v = r.integer(0, kMostTrials);
-  }
-  s.sigma = r.real(std::numeric_limits<double>::denorm_min(), options_.sigma);
-  const std::string inner = r.text();
+  std::string inner;
+  fields(r, s, inner);
   r.finish();
   if (s.descents == 1 && s.lambda != static_cast<std::uint64_t>(options_.lambda)) {
     r.fail("its first descent has another population");

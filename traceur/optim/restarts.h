@@ -58,6 +58,8 @@ class Restarts : public Optimizer {
   double grown(std::uint64_t k) const;
   void endGeneration();
   std::uint64_t fingerprint() const;
+  template <class IO, class Fields>
+  void fields(IO& io, Fields& s, std::string& inner) const;
 
   CmaEsOptions options_;
   RestartOptions restarts_;

@@ -595,8 +595,8 @@ TEST(Restore, OfIndividualCmaKnowsTasksWithoutACost) {
     w.text();
     w.real(-kMax, kInf);
     w.integer(0, 0);
-    w.integer(0, 1);
-    w.integer(0, 0);
+    w.integer(1, 1);
+    w.next();  // no numbers
     w.noStop();
   }
   w.noStop();

@@ -33,11 +33,11 @@ StateWriter::StateWriter(std::string_view kind, std::uint64_t version) : bytes_(
   integer(version);
 }
 
-void StateWriter::integer(std::uint64_t value) {
+void StateWriter::integer(std::uint64_t value, std::uint64_t /*least*/, std::uint64_t /*most*/) {
   bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-void StateWriter::real(double value) {
+void StateWriter::real(double value, double /*least*/, double /*most*/) {
   integer(std::bit_cast<std::uint64_t>(value));
 }
 
@@ -65,8 +65,10 @@ StateReader::StateReader(std::string_view bytes, std::string_view kind, std::uin
   rest_.remove_suffix(kEndSize);
   if (stored != fingerprint(rest_)) fail("the state is damaged or cut short");
   rest_.remove_prefix(kMagic.size());
-  if (const std::string got = text(); got != kind) {
-    fail(fmt::format("the state is one of \"{}\"", got));
+  std::string got_kind;
+  text(got_kind);
+  if (got_kind != kind) {
+    fail(fmt::format("the state is one of \"{}\"", got_kind));
   }
   if (const std::uint64_t got = integer(); got != version) {
     fail(fmt::format("expected a state of version {}, got version {}", version, got));
@@ -79,7 +81,7 @@ std::uint64_t StateReader::integer() {
   return value;
 }
 
-std::uint64_t StateReader::integer(std::uint64_t least, std::uint64_t most) {
+std::uint64_t StateReader::integerIn(std::uint64_t least, std::uint64_t most) {
   const std::uint64_t value = integer();
   if (value < least || value > most) {
     fail(fmt::format("expected a number in [{}, {}], got {}", least, most, value));
@@ -87,34 +89,29 @@ std::uint64_t StateReader::integer(std::uint64_t least, std::uint64_t most) {
   return value;
 }
 
-bool StateReader::boolean() {
-  return integer(0, 1) != 0;
-}
-
-std::uint64_t StateReader::count(std::uint64_t bytes_each) {
+std::uint64_t StateReader::count() {
   const std::uint64_t value = integer();
-  if (value > rest_.size() / bytes_each) fail("the state is cut short");
+  if (value > rest_.size() / sizeof(std::uint64_t)) fail("the state is cut short");
   return value;
 }
 
-double StateReader::real() {
-  return std::bit_cast<double>(integer());
+void StateReader::real(double& value) {
+  value = std::bit_cast<double>(integer());
 }
 
-double StateReader::real(double least, double most) {
-  const double value = real();
+void StateReader::real(double& value, double least, double most) {
+  real(value);
   if (!(least <= value && value <= most)) {
     fail(fmt::format("expected a number in [{}, {}], got {}", least, most, value));
   }
-  return value;
 }
 
-double StateReader::finite() {
-  return real(std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max());
+void StateReader::finite(double& value) {
+  real(value, std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max());
 }
 
-double StateReader::positive() {
-  return real(std::numeric_limits<double>::denorm_min(), std::numeric_limits<double>::max());
+void StateReader::positive(double& value) {
+  real(value, std::numeric_limits<double>::denorm_min(), std::numeric_limits<double>::max());
 }
 
 void StateReader::finite(std::span<double> values) {
@@ -131,10 +128,9 @@ void StateReader::positive(std::span<double> values) {
   }
 }
 
-std::vector<double> StateReader::reals() {
-  std::vector<double> values(count(sizeof(double)));
+void StateReader::reals(std::vector<double>& values) {
+  values.resize(count());
   copy(values);
-  return values;
 }
 
 void StateReader::reals(std::span<double> values) {
@@ -149,8 +145,8 @@ void StateReader::copy(std::span<double> values) {
   if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
 }
 
-std::string StateReader::text() {
-  return std::string(take(integer()));
+void StateReader::text(std::string& value) {
+  value = take(integer());
 }
 
 void StateReader::finish() const {
@@ -168,25 +164,23 @@ void StateReader::fail(std::string_view why) const {
   throw InputError(fmt::format("cannot restore {}: {}", kind_, why));
 }
 
-void writeStop(StateWriter& writer, const std::optional<Stop>& stop) {
-  writer.integer(stop.has_value());
-  if (!stop) return;
-  writer.text(stop->reason);
-  writer.real(stop->value);
-  writer.real(stop->limit);
+void field(StateWriter& io, const std::optional<Stop>& stop) {
+  io.optional(stop, [&](const Stop& s) {
+    io.text(s.reason);
+    io.real(s.value);
+    io.real(s.limit);
+  });
 }
 
-std::optional<Stop> readStop(StateReader& reader) {
-  if (!reader.boolean()) return std::nullopt;
-  Stop stop;
-  stop.reason = reader.text();
-  if (stop.reason.empty() || stop.reason.size() > kLongestReason ||
-      stop.reason.find_first_not_of("abcdefghijklmnopqrstuvwxyz ") != std::string::npos) {
-    reader.fail("its reason to stop is not a word");
-  }
-  stop.value = reader.real();
-  stop.limit = reader.real();
-  return stop;
+void field(StateReader& io, std::optional<Stop>& stop) {
+  io.optional(stop, [&](Stop& s) {
+    io.text(s.reason);
+    io.require(!s.reason.empty() && s.reason.size() <= kLongestReason &&
+                   s.reason.find_first_not_of("abcdefghijklmnopqrstuvwxyz ") == std::string::npos,
+               "its reason to stop is not a word");
+    io.real(s.value);
+    io.real(s.limit);
+  });
 }
 
 }  // namespace traceur::optim
