@@ -11,7 +11,9 @@ namespace traceur {
 class Hash {
  public:
   void add(std::string_view bytes) {
-    for (const char c : bytes) value_ = (value_ ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    std::uint64_t value = value_;  // a register: bytes may alias a member
+    for (const char c : bytes) value = (value ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    value_ = value;
   }
   void add(std::span<const double> numbers) {
     add(std::string_view(reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()));

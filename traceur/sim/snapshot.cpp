@@ -255,6 +255,7 @@ void Snapshot::externalForce(Eigen::Ref<VectorXd> tau) const {
   using Map = Eigen::Map<const VectorXd>;
   const int n = model_->nv();
   tau = Map(data_->qfrc_passive, n) - Map(data_->qfrc_bias, n) + Map(data_->qfrc_constraint, n);
+  if (!pushed_) return;
   for (int b = 1; b < model_->bodies(); ++b) {
     const mjtNum* push = data_->xfrc_applied + 6 * b;  // force and moment at the body's COM
     if (std::all_of(push, push + 6, [](mjtNum x) { return x == 0; })) continue;

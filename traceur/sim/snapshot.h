@@ -118,6 +118,7 @@ class Snapshot {
   const Model* model_ = nullptr;
   mjData_* data_ = nullptr;
   bool wants_joint_forces_ = false;
+  bool pushed_ = false;  // something, since the last reset
   std::vector<Contact> contacts_;
   std::vector<Contact> before_;  // scratch of capture
   std::vector<RobotContact> robot_contacts_;

@@ -54,7 +54,7 @@ void World::reset(const State& state) {
   check(state, "reset");
   const mjModel* m = model_->raw();
   mj_resetData(m, data_);
-  pushed_ = false;
+  snapshot_.pushed_ = false;
   write(state);
   out_of_room_ = !completes(mj_forward, m, data_);
   if (out_of_room_) data_->ncon = 0;
@@ -90,7 +90,8 @@ void World::step(const Torque& torque) {
   Eigen::Map<VectorXd>(data_->ctrl, m->nu) = torque.tau;
   // No contact whose force is being solved for: the step will be one of flight.
   const bool awake = data_->body_awake[model_->root().value] == mjS_AWAKE;
-  const bool flies = awake && model_->gravityAlone() && !pushed_ && !snapshot_.willTouchWorld();
+  const bool flies =
+      awake && model_->gravityAlone() && !snapshot_.pushed_ && !snapshot_.willTouchWorld();
   const Vector3d v_before = flies ? snapshot_.comVelocity() : Vector3d::Zero();
   // reset() and the end of step() leave positions and velocities evaluated, so the second half
   // comes first: between the halves the engine still holds the forces it has just solved for.
@@ -115,7 +116,7 @@ void World::step(const Torque& torque) {
 }
 
 void World::push(BodyId body, const Vector3d& force, const Vector3d& moment) {
-  pushed_ = true;
+  snapshot_.pushed_ = true;
   Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value) = force;
   Eigen::Map<Vector3d>(data_->xfrc_applied + 6 * body.value + 3) = moment;
   // The engine wakes what is pushed as a step begins, which ours does in its middle.
@@ -139,7 +140,6 @@ Checkpoint World::save() const {
              [](const mjData* d) { mj_deleteData(const_cast<mjData*>(d)); }};
   c.snapshot_ = snapshot_;
   c.state_ = state();
-  c.pushed_ = pushed_;
   c.out_of_room_ = out_of_room_;
   return c;
 }
@@ -151,7 +151,6 @@ void World::restore(const Checkpoint& from) {
   snapshot_ = from.snapshot_;
   snapshot_.data_ = data_;
   watchJointForces(watches);
-  pushed_ = from.pushed_;
   out_of_room_ = from.out_of_room_;
 }
 

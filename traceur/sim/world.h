@@ -32,7 +32,6 @@ class Checkpoint {
   std::shared_ptr<const mjData_> data_;
   Snapshot snapshot_;
   State state_;
-  bool pushed_ = false;
   bool out_of_room_ = false;
 };
 
@@ -91,7 +90,6 @@ class World {
 
   std::shared_ptr<const Model> model_;
   mjData_* data_ = nullptr;
-  bool pushed_ = false;       // since the last reset
   bool out_of_room_ = false;  // the engine gave up in a step: no other before a reset
   Snapshot snapshot_;
 };
