@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cassert>
+#include <numeric>
 
 namespace traceur::sim {
 namespace {
@@ -32,6 +33,10 @@ InertiaFactor::InertiaFactor(const mjModel_& m)
       ancestor.last = k;
     }
   }
+  order_.resize(row_.size());
+  std::iota(order_.begin(), order_.end(), size_t{0});
+  std::stable_sort(order_.begin(), order_.end(),
+                   [&](size_t a, size_t b) { return row_[a].length < row_[b].length; });
   rows_.resize(static_cast<size_t>(begin));
   scaled_.resize(static_cast<size_t>(begin));
 }
@@ -60,7 +65,8 @@ void InertiaFactor::solve(const double* M, const double* d, double* b) {
   for (size_t k = 0; k < row_.size(); ++k) {
     M_[static_cast<size_t>(row_[k].from + row_[k].length - 1)] += d[k];
   }
-  for (size_t k = row_.size(); k-- > 0;) {
+  for (size_t i = order_.size(); i-- > 0;) {
+    const size_t k = order_[i];
     // Rows of known size stay in registers.
     switch (padded(row_[k].length)) {
       case kWidth:
@@ -86,7 +92,7 @@ void InertiaFactor::solve(const double* M, const double* d, double* b) {
         break;
     }
   }
-  for (size_t k = 0; k < row_.size(); ++k) {
+  for (const size_t k : order_) {
     const Row& row = row_[k];
     const double* const scaled = scaled_.data() + row.begin;
     double sum = b[k] * inverse_[k];

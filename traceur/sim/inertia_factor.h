@@ -30,6 +30,9 @@ class InertiaFactor {
   void take(size_t k, double* b);
 
   std::vector<Row> row_;
+  /// Rows, ancestors before descendants, branches by turns: a row waits for the one below it in its
+  /// branch, and meanwhile the processor works at another branch's.
+  std::vector<size_t> order_;
   std::vector<double> M_;  // and a block more, as rows are read in whole blocks
   std::vector<double> rows_, scaled_, inverse_;
 };
