@@ -163,6 +163,7 @@ nlohmann::ordered_json reportOf(const std::shared_ptr<const sim::Model>& model) 
                            {"kp", gain == robot->gains.end() ? 0 : gain->second.kp},
                            {"kd", gain == robot->gains.end() ? 0 : gain->second.kd}});
   }
+  if (!model->ballJoints().empty()) j["ball_joints"] = model->ballJoints();
   for (const auto& [name, pair] : robot->mirrored) {
     j["mirrored"][name] = fmt::format("{}, {}{}", pair.left, pair.sign < 0 ? "-" : "", pair.right);
   }
@@ -214,6 +215,9 @@ void tell(const sim::Model& model, const nlohmann::ordered_json& j) {
       }
       return join(names);
     }());
+  }
+  if (!model.ballJoints().empty()) {
+    print("  ball joints, which turn freely, without a motor: {}\n", join(model.ballJoints()));
   }
   for (const char* part : {"mirrored", "limbs", "groups", "contacts"}) {
     if (!j.contains(part)) continue;

@@ -100,10 +100,14 @@ Model::Model(std::string_view physics, std::function<std::string()> make_mjcf,
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   for (int j = 0; j < m->njnt; ++j) {
     if (!isRobot({m->jnt_bodyid[j]})) continue;
-    if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
-    Joint joint;
+    if (m->jnt_type[j] == mjJNT_FREE) continue;
     const char* name = mj_id2name(m, mjOBJ_JOINT, j);
+    Joint joint;
     joint.name = name ? name : fmt::format("joint {}", j);
+    if (m->jnt_type[j] == mjJNT_BALL) {
+      ball_joints_.push_back(joint.name);
+      continue;
+    }
     joint.q = m->jnt_qposadr[j];
     joint.v = m->jnt_dofadr[j];
     joint.body = {m->jnt_bodyid[j]};

@@ -107,6 +107,8 @@ class Model {
 
   /// The robot's hinges and slides, in the order of v. Props' joints are not among them.
   const std::vector<Joint>& joints() const { return joints_; }
+  /// Names of the robot's ball joints, which turn freely: no motor is on them.
+  const std::vector<std::string>& ballJoints() const { return ball_joints_; }
   /// @throws InputError "no joint named …" with a suggestion
   const Joint& joint(std::string_view name) const;
   /// The body that a joint moves against its parent.
@@ -151,6 +153,7 @@ class Model {
   int root_dofs_ = 0;
   bool gravity_alone_ = false;
   std::vector<Joint> joints_;
+  std::vector<std::string> ball_joints_;
 };
 
 /// The poses of the key frames in the robot's file, by name; where one has none, by "key N".

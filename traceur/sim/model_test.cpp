@@ -231,6 +231,7 @@ TEST(Model, NamesItsBodiesAndJoints) {
   for (const int b : {-1, 0, 4}) EXPECT_FALSE(model->isRobot({b}));
   EXPECT_TRUE(model->isStatic({0}));
   EXPECT_FALSE(model->isStatic({1}));
+  EXPECT_EQ(model->ballJoints(), std::vector<std::string>{"joint 1"});
   // Hinges and slides alone, with the model's limits.
   ASSERT_EQ(model->joints().size(), 2U);
   const Joint& heel = model->joint("heel");
