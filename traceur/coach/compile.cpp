@@ -135,6 +135,8 @@ class Compiler {
       case Ending::Kind::kComLeads:
         until_ =
             fmt::format("com.forward - body.{}.forward > {}", group, num(phase_.ending.amount));
+        // What comes out of a roll has them in the air first.
+        if (!stands()) until_ += fmt::format(" && contact.{} > 0", group);
         break;
       case Ending::Kind::kLeave:
         until_ = fmt::format("phase_time > 0.03 && contact.{0} == 0 && impulse.{0} == 0", group);
@@ -157,7 +159,9 @@ class Compiler {
       fails("falls_forward", "com.forward - body.feet.forward > 0.45 && contact.feet > 0");
     }
     if (stands()) {
-      fails("touches", fmt::format("contact.robot > contact.{}", phase_.bears));
+      // Out of a roll it rises from its seat.
+      fails("touches", fmt::format("{}contact.robot > contact.{}",
+                                   afterRoll() ? "phase_time > 0.4 && " : "", phase_.bears));
     } else if (phase_.ending.kind == Ending::Kind::kTouch) {
       fails("touches",
             fmt::format("phase_time > 0.1 && contact.robot > contact.{}", phase_.ending.group));
@@ -244,6 +248,12 @@ class Compiler {
   bool meetsWall() const {
     const size_t next = static_cast<size_t>(&phase_ - script_.phases.data()) + 1;
     return !stands() && next < script_.phases.size() && script_.phases[next].kind->wall;
+  }
+
+  /// Whether the phase before it is one on the ground that feet do not bear: a roll's end.
+  bool afterRoll() const {
+    return &phase_ != script_.phases.data() &&
+           (&phase_ - 1)->ending.kind == Ending::Kind::kComLeads && (&phase_ - 1)->bears.empty();
   }
 
   bool cameFromWall() const {

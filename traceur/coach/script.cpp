@@ -388,7 +388,8 @@ class Reader {
     }
     if (t.size() == 5 && t[1].word == "com" && t[2].word == "leads" && t[3].word == "by" &&
         t[4].kind == Token::Kind::kNumber && (t[4].word == "m" || t[4].word == "cm")) {
-      phase.ending = {Ending::Kind::kComLeads, std::string(phase.bears), t[4].number};
+      phase.ending = {Ending::Kind::kComLeads,
+                      phase.bears.empty() ? "feet" : std::string(phase.bears), t[4].number};
       return;
     }
     if (t.size() == 5 && t[1].word == "root" && t[2].word == "turns" && t[3].word == "by" &&
@@ -466,6 +467,16 @@ const std::vector<PhaseKind>& phaseKinds() {
        .ending = {K::kTouch, "feet", 0},
        .longest = 2,
        .damping = 0.5},
+      {.name = "rolling",
+       .help = "It turns over its back.",
+       .ending = {K::kTurned, "", 4.9},
+       .blend = 0.1},
+      {.name = "gathering",
+       .help = "The feet come under it until they bear it.",
+       .ending = {K::kComLeads, "feet", -0.1},
+       .longest = 1,
+       .stiffness = 0.4,
+       .damping = 0.4},
       {.name = "follow-through", .help = "It goes on as it is.", .ending = {K::kHeld, "", 2.0}},
   };
   return kKinds;
