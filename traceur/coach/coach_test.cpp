@@ -671,6 +671,24 @@ TEST(Compile, OffAWallPushesHarderAndNeedsNoCOMOverTheFeet) {
               "root turns BY 260 deg");
 }
 
+TEST(Compile, OutOfARollItRisesFromItsSeat) {
+  const std::string jump = "Leaning: POSE lean\nThrusting: SPEED NEAR [1, 1, 0]\n";
+  const Script roll =
+      athlete(jump + "Rolling: POSE tuck\nGathering: POSE tuck\nLanding: BALANCE\n");
+  const std::string gathering = compilePhase(roll, 3, "before.run", {}).text;
+  EXPECT_SAYS(gathering, "com.forward - body.feet.forward > -0.1 && contact.feet > 0");
+  EXPECT_SAYS(gathering, "hip_flex = \"0.4\"");
+  EXPECT_SAYS(compilePhase(roll, 2, "before.run", {}).text, "abs(somersault.root) > 4.9");
+  EXPECT_SAYS(compilePhase(roll, 4, "before.run", {}).text,
+              "phase_time > 0.4 && contact.robot > contact.feet");
+  const Script other = athlete(jump + "Gathering: UNTIL COM leads BY 0.05 m\nLanding: BALANCE\n");
+  EXPECT_SAYS(compilePhase(other, 2, "before.run", {}).text,
+              "com.forward - body.feet.forward > 0.05 && contact.feet > 0");
+  // Not after a flight.
+  const Script flown = athlete(jump + "Airborne: POSE tuck\nLanding: BALANCE\n");
+  EXPECT_SAYS(compilePhase(flown, 3, "before.run", {}).text, "\"contact.robot > contact.feet\"");
+}
+
 TEST(Compile, ARobotBesideTheScriptIsFoundFromElsewhere) {
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / "coach-elsewhere";
