@@ -183,6 +183,41 @@ TEST(Flight, WhatHangsOnTheWorldDoesNotFall) {
   EXPECT_NEAR(world.snapshot().com().z(), 1, 0.01);
 }
 
+TEST(Flight, RootIsShiftedByTheEnginesOwnVelocitiesBitByBit) {
+  const auto model = Model::fromMjcf(R"(<mujoco><option timestep=".002"/><worldbody>
+    <body pos="0 0 9"><freejoint/><geom size=".1 .2 .3" type="box"/>
+      <body pos=".3 0 0"><joint type="ball"/><geom size=".1" pos=".1 0 0"/>
+        <body pos=".3 0 0"><joint type="hinge" axis="1 2 3"/><joint type="slide" axis="0 1 1"/>
+          <geom size=".1" pos="0 .1 0"/></body></body>
+      <body pos="-.3 0 0"><geom size=".1"/></body></body>
+    </worldbody></mujoco>)");
+  World world(model);
+  const auto* m = model->raw();
+  State state = world.state();
+  for (int i = 0; i < m->nv; ++i) state.v[i] = std::sin(1 + 2. * i);
+  world.reset(state);
+  mjData* const d = mj_makeData(m);
+  std::copy_n(state.v.data(), m->nv, d->qvel);
+  mj_forward(m, d);
+  const auto velocity = [&] {
+    mj_subtreeVel(m, d);
+    return Vector3d(Eigen::Map<const Vector3d>(d->subtree_linvel + 3));
+  };
+  for (int i = 0; i < 200; ++i) {
+    const Vector3d before = velocity();
+    mj_step2(m, d);
+    mj_fwdPosition(m, d);
+    mj_comVel(m, d);
+    const Vector3d g(m->opt.gravity[0], m->opt.gravity[1], m->opt.gravity[2]);
+    Eigen::Map<Vector3d>(d->qvel) += before + g * m->opt.timestep - velocity();
+    mj_fwdVelocity(m, d);
+    world.step({VectorXd::Zero(m->nu)});
+    ASSERT_EQ(world.state().v, Eigen::Map<const VectorXd>(d->qvel, m->nv)) << i;
+    ASSERT_EQ(world.state().q, Eigen::Map<const VectorXd>(d->qpos, m->nq)) << i;
+  }
+  mj_deleteData(d);
+}
+
 TEST(Flight, GravityChangesLinearMomentumByWeightTimesTime) {
   const auto model = inSpace(0.001, kG);
   World world(model);

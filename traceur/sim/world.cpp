@@ -10,6 +10,33 @@
 
 namespace traceur::sim {
 
+namespace {
+
+/// The velocities of a floating root and all that hangs on it: mj_comVel's, operation by operation,
+/// without the axes' derivatives and without what else lies in the scene.
+void bodyVelocities(const mjModel* m, mjData* d, int root) {
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+  const auto part = [](mjtNum* of, int i) { return Eigen::Map<Vector6d>(of + 6 * size_t(i)); };
+  for (int b = root; b < m->nbody && (b == root || m->body_rootid[b] == m->body_rootid[root]);
+       ++b) {
+    Vector6d velocity = part(d->cvel, m->body_parentid[b]);
+    const int end = m->body_dofadr[b] + m->body_dofnum[b];
+    for (int i = m->body_dofadr[b]; i < end;) {
+      // A joint's parts are summed before they are added: six of a free one are two joints of
+      // three.
+      const int type = m->jnt_type[m->dof_jntid[i]];
+      const int parts = type == mjJNT_FREE || type == mjJNT_BALL ? 3 : 1;
+      Vector6d sum = part(d->cdof, i) * d->qvel[i];
+      for (int k = 1; k < parts; ++k) sum += part(d->cdof, i + k) * d->qvel[i + k];
+      velocity += sum;
+      i += parts;
+    }
+    part(d->cvel, b) = velocity;
+  }
+}
+
+}  // namespace
+
 World::World(std::shared_ptr<const Model> model)
     : model_(std::move(model)), data_(mj_makeData(model_->raw())) {
   snapshot_.model_ = model_.get();
@@ -105,7 +132,7 @@ void World::step(const Torque& torque) {
   if (flies) {
     // In flight gravity alone moves the COM. Euler's step in joint coordinates keeps that only to
     // O(Δt); shifting the root's velocity by the error makes linear momentum exact.
-    mj_comVel(m, data_);
+    bodyVelocities(m, data_, model_->root().value);
     const Vector3d g(m->opt.gravity[0], m->opt.gravity[1], m->opt.gravity[2]);
     const Vector3d error = v_before + g * m->opt.timestep - snapshot_.comVelocity();
     const int root = m->body_dofadr[model_->root().value];
