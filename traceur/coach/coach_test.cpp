@@ -341,6 +341,28 @@ TEST(Script, ShippedOnesCompile) {
   EXPECT_GE(scripts, 2);
 }
 
+/// From trained parts one motion: a jump, a vault over the box, a roll, each from a stand.
+TEST(Script, PartsThatWereLearnedApartFollowOneAnother) {
+  const auto skill = skill::Skill::fromFile("skills/athlete/parkour.toml");
+  skill::Runner runner(skill);
+  const skill::Rollout r = runner.run(skill->initialParameters(), skill->task.initial);
+  EXPECT_EQ(r.ended, "stop") << r.time;
+  const auto of = [&](const std::string& name) {
+    const auto found = std::ranges::find(skill->measures, name, &skill::Measure::name);
+    return r.measures[static_cast<size_t>(found - skill->measures.begin())];
+  };
+  EXPECT_NEAR(of("jumped"), 0.8, 0.05);
+  EXPECT_GT(of("vaulted"), 1.7) << "beyond the box";
+  EXPECT_GT(of("turned"), 270 * kDegree);
+  EXPECT_LT(of("speed"), 0.01);
+}
+
+/// A second landing is one, too.
+TEST(Script, NumberedPhasesAreOfTheirKind) {
+  const Script s = athlete("Landing: POSE crouch; BALANCE\nLanding 2: POSE crouch; BALANCE");
+  EXPECT_SAYS(compilePhase(s, 1, {}, {}).text, "name = \"hops\"");
+}
+
 TEST(Words, AreEachThereOnce) {
   std::set<std::string_view> seen;
   for (const VerbRow& r : verbs()) EXPECT_TRUE(seen.insert(r.words).second) << r.words;
@@ -833,6 +855,11 @@ TEST(Why, NamesTheFault) {
               "backward");
   // Who crouches has the head ahead.
   EXPECT_SAYS(why_of("head", "Leaning: POSE crouch; UNTIL 0.4 s; head BEHIND root").what,
+              "\"head BEHIND root\" does not hold at the end");
+  EXPECT_SAYS(why_of("second",
+                     "Leaning: POSE crouch; UNTIL 0.4 s; feet BELOW root; head "
+                     "BEHIND root")
+                  .what,
               "\"head BEHIND root\" does not hold at the end");
 }
 

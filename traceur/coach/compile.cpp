@@ -167,7 +167,7 @@ class Compiler {
             fmt::format("phase_time > 0.1 && contact.robot > contact.{}", phase_.ending.group));
     }
     if (!held()) fails("late", fmt::format("phase_time >= {}", num(phase_.longest)));
-    if (phase_.name == "landing") {
+    if (phase_.kind->name == "landing") {
       // After the first contact a foot that is all in the air, or slides, is a hop.
       std::vector<std::string> off;
       for (const std::string& sole : body_.soles) {

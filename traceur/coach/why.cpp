@@ -57,8 +57,10 @@ std::string whatHappened(const PhaseLesson& p, const BestTrial& e) {
   if (p.ended == "falls_forward") return fmt::format("it falls forward {}, {}", when, e.com());
   if (p.ended == "late")
     return fmt::format("{} never ends: after {:.1f} s, {}", p.phase, p.time, e.com());
+  int relations = 0;
   for (const Reading& r : p.readings) {
-    if (!r.constraint.empty()) {
+    // The compiler counts them in this order.
+    if (!r.constraint.empty() && p.ended == fmt::format("not_{}", ++relations)) {
       const auto by = e.measure("by_" + p.ended);
       return fmt::format("\"{}\" does not hold at the end{}", r.means,
                          by ? fmt::format(": missed by {:.2g}", *by) : "");
