@@ -357,6 +357,15 @@ TEST(Script, PartsThatWereLearnedApartFollowOneAnother) {
   EXPECT_LT(of("speed"), 0.01);
 }
 
+TEST(Script, NotesAPhaseThatComesAgainAndAKickOffNothing) {
+  const Script again = athlete("Landing: BALANCE\nLanding: RELAX arms BY 30%");
+  ASSERT_EQ(again.notes.size(), 1U);
+  EXPECT_SAYS(again.notes[0].text, "as \"Landing 2\"");
+  const Script kick = athlete("Kicking: SPEED NEAR [-1, 1, 0]");
+  ASSERT_EQ(kick.notes.size(), 1U);
+  EXPECT_SAYS(kick.notes[0].text, "the Scene has none");
+}
+
 /// A second landing is one, too.
 TEST(Script, NumberedPhasesAreOfTheirKind) {
   const Script s = athlete("Landing: POSE crouch; BALANCE\nLanding 2: POSE crouch; BALANCE");

@@ -258,6 +258,14 @@ class Reader {
           fmt::format("phase \"{}\": expected letters, digits, spaces and '-'", s.heading.text));
       return;
     }
+    if (std::ranges::find(script_.phases, heading, &Phase::name) != script_.phases.end()) {
+      note(s.heading, fmt::format("\"{}\" is there already: these lines are added to it. A phase "
+                                  "that comes again has a number, as \"{} 2\"",
+                                  s.heading.text, s.heading.text));
+    }
+    if (kind->wall && script_.walls.empty()) {
+      note(s.heading, fmt::format("\"{}\" is off a wall, and the Scene has none", s.heading.text));
+    }
     Phase& phase = phaseNamed(heading, *kind);
     for (const Piece& p : s.lines) {
       try {
