@@ -928,6 +928,31 @@ TEST(Ground, SupportIsTheHullOfWhateverStands) {
   expect_hull({{.125, .25}}, {{.125, .25}});
 }
 
+TEST(Ground, AWallIsPressedWhereItIsTouched) {
+  // A box that rises along a wall: friction pulls it down.
+  const auto model = Model::fromMjcf(R"(<mujoco><worldbody>
+    <geom type="box" pos="1 0 1" size=".1 1 1"/>
+    <body name="box" pos=".795 0 1"><freejoint/><geom type="box" size=".1 .1 .1" mass="3"/></body>
+    </worldbody></mujoco>)");
+  World world(model);
+  State state = world.state();
+  state.v.head<3>() << 1, 0, 1;
+  world.reset(state);
+  bool pressed = false;
+  for (int i = 0; i < 20; ++i) {
+    world.step(none(*model));
+    const Snapshot& s = world.snapshot();
+    double f = 0;
+    for (const Contact& c : s.contacts()) f += std::abs(c.f_WC.x());
+    if (f == 0) continue;
+    pressed = true;
+    ASSERT_TRUE(s.cop()) << i;
+    EXPECT_NEAR(s.cop()->x(), 0.9, 0.01);
+    EXPECT_LT(std::abs(s.cop()->z() - s.com().z()), 0.11);
+  }
+  EXPECT_TRUE(pressed);
+}
+
 TEST(Ground, OnlyWhatIsFixedSupports) {
   // A plate that carries a box beside its middle, on a pedestal.
   const auto model = Model::fromMjcf(R"(<mujoco><worldbody>

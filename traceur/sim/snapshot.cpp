@@ -165,15 +165,20 @@ int Snapshot::support(const Contact& c) const {
   return a ? -1 : 1;
 }
 
+// What is steeper than 60 degrees is a wall [ours].
+constexpr double kLevel = 0.5;
+
 std::optional<Vector3d> Snapshot::cop() const {
   double total = 0;
   Vector3d moment = Vector3d::Zero();
   for (const Contact& c : contacts_) {
     const int sign = support(c);
     if (sign == 0) continue;
-    const double fz = sign * c.f_WC.z();
-    total += fz;
-    moment += fz * c.p_WC;
+    // On a wall what is vertical is friction, of either sign.
+    const bool steep = std::abs(c.normal.z()) < kLevel;
+    const double f = steep ? c.f_WC.dot(c.normal) : sign * c.f_WC.z();
+    total += f;
+    moment += f * c.p_WC;
   }
   if (!(total > 0)) return std::nullopt;
   return moment / total;

@@ -96,7 +96,6 @@ std::vector<std::string> SkillController::phases() const {
 void SkillController::begin(const motion::Moment& m, const control::JointTarget& held) {
   reached_ = held;
   path_ = {held, {held}, 0};
-  cop_.reset();
   over_ = false;
   places_->forget();
   places_->look(m.s);
@@ -107,6 +106,8 @@ void SkillController::begin(const motion::Moment& m, const control::JointTarget&
 void SkillController::enter(int phase, const motion::Moment& m) {
   places_->in_stage[phase_] = 0;
   phase_ = phase;
+  // A phase knows no pressure but what there is in it: so it goes as it would go alone.
+  cop_ = follows_cop_ ? m.s.cop() : std::nullopt;
   places_->in_stage[phase_] = 1;
   ++places_->entered_stage[phase_];
   entered_step_ = m.step;

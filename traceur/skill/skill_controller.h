@@ -81,7 +81,7 @@ class SkillController : public motion::Controller {
   int solved_step_ = 0;           // when its reach was solved last
   VectorXd wanted_;               // the pose that reach keeps near to
   bool follows_cop_ = false;      // some force's frame does
-  std::optional<Vector3d> cop_;   // the last one
+  std::optional<Vector3d> cop_;   // the last one of this phase
   control::JointTarget reached_;  // without feedback
   motion::JointPath path_;        // to the phase's targets
 };

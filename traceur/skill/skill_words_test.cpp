@@ -383,6 +383,24 @@ TEST(SkillWords, TheFrameFromTheCopToTheComLeansWithTheRobot) {
   EXPECT_EQ(riseBy(frame, "height = 0.3"), riseBy("", "height = 0.3"));
 }
 
+TEST(SkillWords, APhaseThatBeginsInTheAirHasNoFrameFromTheCop) {
+  // The first phase throws it up, in the second the ground is behind it.
+  const std::string down =
+      "\n[measures]\ndown = { of = \"contact.robot\", take = \"max\", during = [\"two\"] }\n";
+  const auto hash = [&](const std::string& force) {
+    const std::string throws = "[[phase.force]]\nbodies = [\"feet\"]\nforce = [0, 0, -200]\n";
+    const auto skill =
+        fromText(standing(0.07, "", force + down,
+                          "stiffness = 0\ndamping = 0\nlimited = false\n" + throws, "", 0.05));
+    const Rollout r = run(skill);
+    EXPECT_EQ(measured(r, *skill, "down"), 0);
+    return r.hash;
+  };
+  const std::string force = "[[phase.force]]\nbodies = [\"l_hand\"]\nforce = [0, 0, 20]\n";
+  EXPECT_EQ(hash(force + "frame = \"cop to com\""), hash(""));
+  EXPECT_NE(hash(force), hash(""));
+}
+
 TEST(SkillWords, AMomentTurnsItsBody) {
   const auto turned = [](const std::string& force) {
     const auto skill =
