@@ -366,6 +366,15 @@ TEST(Script, NotesAPhaseThatComesAgainAndAKickOffNothing) {
   EXPECT_SAYS(kick.notes[0].text, "the Scene has none");
 }
 
+/// The same jump twice, on rails of 9 cm.
+TEST(Script, AJumpIsDoneAgainFromWhereItLanded) {
+  const auto skill = skill::Skill::fromFile("skills/athlete/rail-to-rail.toml");
+  const skill::Rollout r =
+      skill::Runner(skill).run(skill->initialParameters(), skill->task.initial);
+  EXPECT_EQ(r.ended, "stop") << r.time;
+  EXPECT_NEAR(r.measures[0], 1.6, 0.05);
+}
+
 /// A second landing is one, too.
 TEST(Script, NumberedPhasesAreOfTheirKind) {
   const Script s = athlete("Landing: POSE crouch; BALANCE\nLanding 2: POSE crouch; BALANCE");

@@ -166,7 +166,7 @@ int Snapshot::support(const Contact& c) const {
 }
 
 // What is steeper than 60 degrees is a wall [ours].
-constexpr double kLevel = 0.5;
+constexpr double kSteep = 0.5;
 
 std::optional<Vector3d> Snapshot::cop() const {
   double total = 0;
@@ -175,7 +175,7 @@ std::optional<Vector3d> Snapshot::cop() const {
     const int sign = support(c);
     if (sign == 0) continue;
     // On a wall what is vertical is friction, of either sign.
-    const bool steep = std::abs(c.normal.z()) < kLevel;
+    const bool steep = std::abs(c.normal.z()) < kSteep;
     const double f = steep ? c.f_WC.dot(c.normal) : sign * c.f_WC.z();
     total += f;
     moment += f * c.p_WC;
