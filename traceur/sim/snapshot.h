@@ -69,7 +69,8 @@ class Snapshot {
   /// Whether anything but the robot itself presses on the robot.
   bool touchesWorld() const;
   /// Centre of pressure of the robot's contacts with the static world, weighted by the vertical
-  /// force, on walls by what presses on them: p = Σ f_z p / Σ f_z. None in flight. [Popovic2005]
+  /// force, on walls by what presses on them: p = Σ f_z p / Σ f_z [m]. None in flight.
+  /// [Popovic2005]
   std::optional<Vector3d> cop() const;
   /// Convex hull of the robot's contacts with the static world, counter-clockwise, (x, y) [m].
   std::vector<Vector2d> supportPolygon() const;
