@@ -37,6 +37,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr int kTries = 16;  // of remedies: a minute or two for a jump [ours]
+
 struct CoachArguments {
   std::string script;
   std::string out;
@@ -45,6 +47,7 @@ struct CoachArguments {
   std::string robot = "athlete";
   bool readings = false;
   bool session = false;
+  bool why = false;
   bool quiet = false;
   bool json = false;
 };
@@ -78,10 +81,18 @@ int showReadings(const CoachArguments& a, const coach::Script& script) {
 }
 
 /// Of the phase that was not learned.
-std::optional<coach::Why> whyOf(const coach::Lesson& lesson) {
+std::optional<coach::Why> whyOf(const coach::Lesson& lesson, const coach::Script& script) {
   const auto& phases = lesson.phases;
   if (phases.empty() || !phases.back().failed || lesson.interrupted) return {};
-  return coach::why(phases.back(), phases.size() > 1 ? phases[phases.size() - 2].phase : "");
+  return coach::why(script, lesson);
+}
+
+Json toJson(const coach::Remedy& r) {
+  Json j{{"phase", r.phase}, {"say", r.say}, {"against", coach::nameOf(r.against)}};
+  if (r.instead_of.line > 0) {
+    j["instead_of"] = {{"line", r.instead_of.line}, {"text", r.instead_of.text}};
+  }
+  return j;
 }
 
 Json toJson(const coach::Lesson& lesson, const coach::Script& script) {
@@ -100,8 +111,9 @@ Json toJson(const coach::Lesson& lesson, const coach::Script& script) {
                            {"skill", p.skill.string()},
                            {"run", p.run.string()}});
   }
-  if (const auto w = whyOf(lesson)) {
-    j["why"] = {{"what", w->what}, {"often", w->often}, {"phase", w->phase}, {"say", w->say}};
+  if (const auto w = whyOf(lesson, script)) {
+    j["why"] = {{"what", w->what}, {"often", w->often}, {"because", w->because}};
+    if (!w->remedies.empty()) j["why"]["try"] = toJson(w->remedies[0]);
   }
   return j;
 }
@@ -117,9 +129,10 @@ void report(const coach::Lesson& lesson, const coach::Script& script) {
       if (q.name != "failed") print("  {:<34}{:.3g}\n", q.name, q.value);
     }
   }
-  if (const auto w = whyOf(lesson)) {
-    print("why: {}\n     {}\n", w->what, w->often);
-    if (!w->say.empty()) print("try: \"{}\" in {}\n", w->say, w->phase);
+  if (const auto w = whyOf(lesson, script)) {
+    print("why: {}\n     {}\n", printable(w->what), w->often);
+    if (!w->because.empty()) print("     {}\n", printable(w->because));
+    if (!w->remedies.empty()) print("try: {}\n", printable(told(w->remedies[0])));
   }
   if (lesson.whole.empty()) return;
   if (lesson.failed) print("all in one: fails: {}\n", lesson.ended);
@@ -220,11 +233,38 @@ int coachScript(const CoachArguments& a) {
     if (line) line->end();
     return lesson;
   };
+  // Tries what may help, and tells what does.
+  const auto help = [&](const coach::Script& now, const coach::Why& w) {
+    Interrupt while_trying;
+    coach::LessonOptions o = a.options;
+    o.stop = while_trying.token();
+    int tried = 0;
+    auto found = coach::whatHelps(now, folder, w, o, kTries, [&](const coach::Remedy& r) {
+      ++tried;
+      if (!a.quiet && !a.json) note("trying: {}\n", printable(told(r)));
+    });
+    if (a.json || a.quiet) return found;
+    if (found) {
+      print("helps: {}\n", printable(told(found->remedy)));
+      if (found->all) {
+        print("       with it all of it is learned (seed {}): {}\n", a.options.seed,
+              coach::nameOf(found->remedy.against));
+      } else {
+        print("       with it {} of {} phases are learned (seed {}), instead of {}: {}\n",
+              found->learned, now.phases.size(), a.options.seed, w.failed,
+              coach::nameOf(found->remedy.against));
+      }
+    } else {
+      print("none of {} that were tried helps\n", tried);
+    }
+    return found;
+  };
   if (a.session) {
     options.resume = true;
     const SessionHooks hooks{
         .practise = practise,
         .report = [](const auto& lesson, const auto& now) { report(lesson, now); },
+        .help = [&](const auto& now, const auto& w) { help(now, w); },
         .draw =
             [&](const coach::Lesson& lesson) {
               const std::string strip = fmt::format("{}/strip.png", folder);
@@ -241,11 +281,15 @@ int coachScript(const CoachArguments& a) {
     return runSession(script, folder, std::cin, hooks);
   }
   const coach::Lesson lesson = practise(script);
-  if (a.json) {
-    printJson(toJson(lesson, script));
-  } else if (!a.quiet) {
-    report(lesson, script);
+  if (!a.json && !a.quiet) report(lesson, script);
+  Json told = a.json ? toJson(lesson, script) : Json();
+  if (const auto w = whyOf(lesson, script); a.why && w) {
+    const auto helps = help(script, *w);
+    told["helps"] = helps ? toJson(helps->remedy) : Json();
+    if (helps) told["helps"]["learned"] = helps->learned;
+    if (helps) told["helps"]["all"] = helps->all;
   }
+  if (a.json) printJson(told);
   if (lesson.interrupted) {
     note("stopped; the same command with --resume goes on\n");
     return kInterrupted;
@@ -282,6 +326,8 @@ void addCoach(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_flag("--readings", a->readings,
                  "Only say what each instruction is understood as, and what it adds");
+  verb->add_flag("--why", a->why,
+                 "Where a phase is not learned: try what may help, and tell what does");
   verb->add_flag("--session", a->session,
                  "Go on in the folder with a prompt: type an instruction, see what comes of it")
       ->excludes("--readings");
@@ -300,6 +346,7 @@ void addCoach(CLI::App& program, int& exit_code) {
       "  traceur coach skills/athlete/precision-jump.coach\n"
       "  traceur coach skills/athlete/precision-jump.coach --readings\n"
       "  traceur coach skills/athlete/precision-jump.coach --session\n"
+      "  traceur coach mine.coach --resume --why\n"
       "  traceur coach skills/athlete/precision-jump-rail.coach --from runs/precision-jump-seed1\n"
       "  traceur coach mine.coach --demonstration clip.bvh\n"
       "Exit code: 0 done, 1 failed, 2 wrong use, 3 a phase was not learned, 130 stopped by "

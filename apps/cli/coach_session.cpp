@@ -13,7 +13,6 @@
 
 #include "apps/cli/output.h"
 #include "apps/cli/verbs.h"
-#include "traceur/coach/why.h"
 #include "traceur/core/error.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/printable.h"
@@ -31,7 +30,7 @@ constexpr const char* kHelp =
     "  branch NAME          keeps what there is now under a name\n"
     "  switch NAME          goes back to it; undo comes back\n"
     "  compare NAME NAME    two of them, phase by phase and in one picture; \"now\" is this one\n"
-    "  why                  why a phase was not learned, and what would help\n"
+    "  why                  why a phase was not learned; tries what may help, and tells what does\n"
     "  show                 the script\n"
     "  save FILE            the script, elsewhere\n"
     "  quit\n";
@@ -90,10 +89,11 @@ class Session {
   void why() {
     const auto& phases = lesson_.phases;
     if (phases.empty() || !phases.back().failed) return print("nothing failed\n");
-    const coach::Why w =
-        coach::why(phases.back(), phases.size() > 1 ? phases[phases.size() - 2].phase : "");
-    print("{}\n{}\n", w.what, w.often);
-    if (!w.say.empty()) print("try: {}: {}\n", w.phase, w.say);
+    const coach::Why w = coach::why(read(), lesson_);
+    print("{}\n{}\n", printable(w.what), w.often);
+    if (!w.because.empty()) print("{}\n", printable(w.because));
+    flushResults();
+    hooks_.help(read(), w);
   }
   void step(int by) {
     if ((by < 0 && at_ == 0) || (by > 0 && at_ + 1 >= texts_.size())) {

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "traceur/coach/lesson.h"
+#include "traceur/coach/why.h"
 
 namespace traceur::cli {
 
@@ -15,6 +15,7 @@ namespace traceur::cli {
 struct SessionHooks {
   std::function<coach::Lesson(const coach::Script&)> practise;
   std::function<void(const coach::Lesson&, const coach::Script&)> report;
+  std::function<void(const coach::Script&, const coach::Why&)> help;  ///< tries, and tells
   std::function<void(const coach::Lesson&)> draw;
   /// Two folders of lessons, with their names: says what each phase came to, and draws both.
   std::function<void(const std::pair<std::string, std::filesystem::path>&,

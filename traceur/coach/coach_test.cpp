@@ -867,8 +867,9 @@ TEST(Lesson, BeginsWithWhatAnotherScriptsFolderHas) {
 TEST(Why, NamesTheFault) {
   const TestFolder folder;
   const auto why_of = [&](const std::string& name, const std::string& lines) {
-    const Lesson l = practise(athlete(lines), folder / name, {.budget = 8});
-    return l.phases.back().failed ? why(l.phases.back(), "") : Why{"learned", "", "", ""};
+    const Script script = athlete(lines);
+    const Lesson l = practise(script, folder / name, {.budget = 8});
+    return l.phases.back().failed ? why(script, l) : Why{"learned", "", Fault::kUnknown, "", 0, {}};
   };
   // The key pose sits back over nothing.
   EXPECT_SAYS(why_of("back", "Leaning: POSE crouch, hips 30 deg, ankles -30 deg; BALANCE").what,
@@ -881,49 +882,137 @@ TEST(Why, NamesTheFault) {
                      "BEHIND root")
                   .what,
               "\"head BEHIND root\" does not hold at the end");
+  const Why both =
+      why_of("both", "Leaning: POSE crouch; UNTIL 0.4 s; head BEHIND root; head IN FRONT OF root");
+  EXPECT_EQ(both.seen, Fault::kContradiction);
+  EXPECT_EQ(both.because, "\"head IN FRONT OF root\" opposes \"head BEHIND root\"");
 }
 
-TEST(Why, AdvisesByWhatWasSeen) {
-  PhaseLesson l;
-  l.phase = "landing";
-  l.ended = "touches";
+/// A lesson as if this had been found.
+Lesson failedLesson(const Script& script, size_t phase, const std::string& ended) {
+  Lesson lesson;
+  for (size_t k = 0; k <= phase; ++k) {
+    PhaseLesson l;
+    l.phase = script.phases[k].name;
+    l.readings = compilePhase(script, k, {}, {}).readings;
+    lesson.phases.push_back(l);
+  }
+  lesson.phases.back().failed = true;
+  lesson.phases.back().ended = ended;
+  return lesson;
+}
+
+TEST(Why, TellsWhatWasSeen) {
+  const Script script =
+      athlete("Airborne: POSE tuck; PLACE feet NEAR [0.8, 0, 0]\nLanding: BALANCE");
+  Lesson lesson = failedLesson(script, 1, "touches");
+  PhaseLesson& l = lesson.phases.back();
   l.time = 0.2;
   l.measures = {
       {"why_trunk", 85 * kDegree, "rad"}, {"why_on_hands", 2, ""}, {"why_on_trunk", 0, ""}};
-  const Why folded = why(l, "airborne");
-  EXPECT_EQ(folded.what, "hands touch 0.20 s into landing, the trunk leaning 85 deg forward");
-  EXPECT_EQ(folded.phase, "airborne");
-  EXPECT_EQ(folded.say, "head ABOVE root");
-  l.measures[0].value = 0.2;
-  EXPECT_EQ(why(l, "airborne").phase, "landing");
+  EXPECT_EQ(why(script, lesson).what,
+            "hands touch 0.20 s into landing, the trunk leaning 85 deg forward");
   l.ended = "hops";
   l.measures.push_back({"why_lead", -0.15, "m"});
-  EXPECT_EQ(why(l, "airborne").what,
+  EXPECT_EQ(why(script, lesson).what,
             "a foot comes off or slides 0.20 s into landing, the COM 0.15 m behind the feet");
-  // Whatever is advised can be said.
-  for (const char* ended : {"touches", "hops", "falls_backward", "falls_forward", "late"}) {
-    for (const char* phase : {"leaning", "thrusting", "airborne", "landing"}) {
-      l.ended = ended;
-      l.phase = phase;
-      EXPECT_FALSE(understood(why(l, "leaning").say).means.empty());
+  EXPECT_EQ(why(script, lesson).seen, Fault::kUnknown);
+  l.measures.push_back({"why_slid", 0.4, "m"});
+  EXPECT_EQ(why(script, lesson).seen, Fault::kSlips);
+  EXPECT_EQ(why(script, lesson).because, "the feet slid 0.40 m in landing");
+}
+
+/// What a flight did not reach, its take-off was too weak for; what a lean did not, is too far.
+TEST(Why, TheLikeliestRemedyIsFirst) {
+  const Script jump = athlete(
+      "Leaning: MOVE downward BY 0.2 m\nThrusting: SPEED NEAR [0.5, 1, 0]\n"
+      "Airborne: POSE tuck; PLACE feet NEAR [0.8, 0, 0]\nLanding: BALANCE");
+  Lesson lesson = failedLesson(jump, 3, "hops");
+  lesson.phases[2].terms = {{"PLACE feet NEAR [0.8, 0, 0]", 0.4, ""}};
+  const Remedy faster = why(jump, lesson).remedies[0];
+  EXPECT_EQ(faster.against, Fault::kTooWeak);
+  EXPECT_EQ(told(faster),
+            "\"SPEED NEAR [1.4, 2.8, 0] m/s\" in thrusting, instead of \"SPEED NEAR [0.5, 1, 0]\"");
+  EXPECT_EQ(faster.from, 1U);
+  EXPECT_NEAR(2 * 1.4 * 2.8 / 9.81, 0.8, 0.01) << "as far as the feet are to come";
+  // As fast as that: then what was not reached is too far.
+  const Script deep = withRemedy(jump, faster);
+  lesson.phases[2].terms.clear();
+  lesson.phases[0].terms = {{"COM", 0.4, ""}};
+  EXPECT_EQ(told(why(deep, lesson).remedies[0]),
+            "\"MOVE downward BY 0.1 m\" in leaning, instead of \"MOVE downward BY 0.2 m\"");
+}
+
+/// Whatever is advised can be said: of all shipped scripts, wherever they fail.
+TEST(Why, EveryRemedyCanBeSaid) {
+  size_t remedies = 0;
+  for (const auto& file : std::filesystem::directory_iterator("skills/athlete")) {
+    if (file.path().extension() != ".coach") continue;
+    const Script script = Script::fromFile(file.path());
+    for (size_t k = 0; k < script.phases.size(); ++k) {
+      for (const char* ended : {"late", "not_1"}) {
+        for (const Remedy& r : why(script, failedLesson(script, k, ended)).remedies) {
+          ++remedies;
+          const Script changed = withRemedy(script, r);
+          EXPECT_NE(changed.text, script.text) << told(r);
+          EXPECT_EQ(changed.phases.size(), script.phases.size()) << told(r);
+          EXPECT_LE(r.from, k) << told(r);
+        }
+      }
     }
   }
+  EXPECT_GT(remedies, 500U);
+}
+
+TEST(Why, KnowsWhatHelpsByTrying) {
+  const TestFolder folder;
+  const Script script = athlete(
+      "Leaning: POSE lean; UNTIL 0.1 s\n"
+      "Leaning 2: POSE crouch; UNTIL 0.4 s; head BEHIND root; head IN FRONT OF root");
+  const LessonOptions o{.budget = 8, .threads = 2};
+  const Lesson lesson = practise(script, folder / "l", o);
+  ASSERT_TRUE(lesson.phases.back().failed);
+  std::vector<std::string> tried;
+  const auto helps = whatHelps(script, folder / "l", why(script, lesson), o, 16,
+                               [&](const Remedy& r) { tried.push_back(told(r)); });
+  ASSERT_TRUE(helps);
+  // Without the other one it still fails.
+  EXPECT_EQ(tried, (std::vector<std::string>{"leave out \"head IN FRONT OF root\" of leaning 2",
+                                             "leave out \"head BEHIND root\" of leaning 2"}));
+  EXPECT_EQ(helps->remedy.against, Fault::kContradiction);
+  EXPECT_FALSE(std::filesystem::exists(folder / "l" / "tried"));
+  EXPECT_FALSE(whatHelps(script, folder / "l", why(script, lesson), o, 1));
+}
+
+/// Who pushes off on ice slides.
+TEST(Why, ASlideIsMeasured) {
+  const auto slid = [](const std::string& scene) {
+    const Script script =
+        athlete(scene + "Thrusting: POSE thrust; SPEED NEAR [3, 1, 0]; UNTIL 0.2 s");
+    const auto skill = skill::Skill::fromText(compilePhase(script, 0, {}, {}).text, "t.toml");
+    Eigen::VectorXd forward = skill->initialParameters();
+    for (size_t i = 0; i < skill->parameters.size(); ++i) {
+      if (skill->parameters[i].name == "push_across") {
+        forward[static_cast<Eigen::Index>(i)] = 800;
+      }
+    }
+    return measured(skill::Runner(skill).run(forward, 0), *skill, "why_slid");
+  };
+  EXPECT_GT(slid("Scene: floor friction 0.02\n"), 2 * slid(""));
 }
 
 TEST(Lesson, StopsAtAPhaseThatFails) {
   const TestFolder folder;
   // Nothing makes it leave the ground.
-  const Lesson l = practise(athlete("Leaning: POSE stand; UNTIL feet leave; BALANCE"),
-                            folder / "no", {.budget = 8});
+  const Script script = athlete("Leaning: POSE stand; UNTIL feet leave; BALANCE");
+  const Lesson l = practise(script, folder / "no", {.budget = 8});
   EXPECT_TRUE(l.whole.empty());
   ASSERT_EQ(l.phases.size(), 1U);
   EXPECT_TRUE(l.phases[0].failed);
   EXPECT_EQ(l.phases[0].ended, "late");
-  const Why w = why(l.phases[0], "");
+  const Why w = why(script, l);
   EXPECT_SAYS(w.what, "leaning never ends: after 1.5 s, the COM");
   EXPECT_SAYS(w.often, "8 of 8 trials failed: 8 late");
-  EXPECT_EQ(w.phase, "leaning");
-  EXPECT_EQ(understood(w.say).form, Form::kMove) << "what it advises can be said";
 }
 
 }  // namespace

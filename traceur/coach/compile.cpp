@@ -64,8 +64,9 @@ constexpr const char* kExactly = "set exactly, as its only parameter is what is 
 /// Compiles one phase.
 class Compiler {
  public:
-  Compiler(const Script& script, size_t phase, const Before& before)
+  Compiler(const Script& script, size_t phase, const Before& before, double enough)
       : script_(script),
+        enough_(enough),
         phase_(script.phases[phase]),
         name_(identifier(phase_.name)),
         before_(before),
@@ -212,6 +213,14 @@ class Compiler {
       }
     }
     measure("why_on_legs", join(knees, " + "));
+    if (!stands()) return;
+    std::vector<std::string> squares;
+    for (const char axis : kAxes) {
+      if (axis == 'z' && !phase_.kind->wall) continue;  // a heel comes up
+      squares.push_back(spelled(fmt::format("body_velocity.{}.{}", phase_.bears, axis)) + "^2");
+    }
+    measure("why_slid", fmt::format("sqrt({})", join(squares, " + ")), "integral",
+            fmt::format(", when = \"contact.{} > 0\"", phase_.bears));
   }
   void fails(const std::string& name, const std::string& when) {
     failures_.push_back({name, when});
@@ -596,10 +605,11 @@ class Compiler {
     for (const DraftFailure& f : failures_) {
       if (!f.asked) failed += (failed.empty() ? "" : " || ") + f.name;
     }
-    // In metres and metres per second terms are below 3: whoever fails ranks last, the sooner the
-    // worse. The printed K of 1000 1/s is as large as a squared momentum.
+    // Whoever fails ranks last, the sooner the worse. The printed K of 1000 1/s is as large as a
+    // squared momentum.
     if (!failed.empty()) {
-      term("failed", fmt::format("({}) * (3 + 3 * (horizon - time))", failed));
+      term("failed",
+           fmt::format("({0}) * ({1} + {1} * (horizon - time))", failed, num(kFailedCost)));
     } else if (terms_.empty()) {
       term("time", "0 * time");
     }
@@ -608,7 +618,7 @@ class Compiler {
   std::string text(const std::filesystem::path& previous, const PhaseDraft& d) const {
     std::string out = heading(script_, phase_.name, script_.name + " " + phase_.name, horizon());
     if (!held()) out += fmt::format("stop = \"ended.{}\"\n", name_);
-    out += "target_cost = 0.02\n" + sceneText(script_);
+    out += fmt::format("target_cost = {}\n", num(enough_)) + sceneText(script_);
     out += previous.empty()
                ? fmt::format("\n[start.pose]\nbase = \"{}\"\n", script_.start)
                : fmt::format("\n[start]\nafter = {{ file = {} }}\n", quoted(previous.string()));
@@ -701,6 +711,7 @@ class Compiler {
 
  private:
   const Script& script_;
+  double enough_;
   const Phase& phase_;
   std::string name_;
   const Before& before_;
@@ -718,8 +729,9 @@ class Compiler {
 }  // namespace
 
 CompiledPhase compilePhase(const Script& script, size_t phase,
-                           const std::filesystem::path& previous, const Before& before) {
-  return Compiler(script, phase, before).compile(previous);
+                           const std::filesystem::path& previous, const Before& before,
+                           double enough) {
+  return Compiler(script, phase, before, enough).compile(previous);
 }
 
 namespace {

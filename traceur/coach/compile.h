@@ -47,11 +47,17 @@ struct CompiledPhase {
   bool informed = false;  ///< its search begins with a guess, near which it is to look
 };
 
+/// Cost at which a phase's practice ends [ours]; what failed trials cost at least. In metres and
+/// metres per second the terms of others are below it.
+inline constexpr double kGoodEnough = 0.02, kFailedCost = 3;
+
 /// @param previous  the run whose trial's end is where the phase begins; empty: the script's start
 /// @param before    measures of the phase with its key pose alone; empty: not known yet, and the
 ///                  text is then only good for measuring them
+/// @param enough    cost at which its practice ends
 CompiledPhase compilePhase(const Script& script, size_t phase,
-                           const std::filesystem::path& previous, const Before& before);
+                           const std::filesystem::path& previous, const Before& before,
+                           double enough = kGoodEnough);
 
 /// One skill of all phases: what is a phase's has its name before it, "leaning_root_pitch". What
 /// relations asked for is not asked of it any more.

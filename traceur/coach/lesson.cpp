@@ -158,7 +158,9 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     p.skill = folder / (stem + ".toml");
     p.run = folder / (stem + ".run");
     const Before before = measured(compilePhase(script, k, previous, {}).text, p.skill);
-    const CompiledPhase compiled = compilePhase(script, k, previous, before);
+    const bool last = k + 1 == script.phases.size();
+    const CompiledPhase compiled = compilePhase(
+        script, k, previous, before, last && options.until_it_succeeds ? kFailedCost : kGoodEnough);
     p.readings = compiled.readings;
     drafts.push_back(compiled.draft);
     write(p.skill, compiled.text);

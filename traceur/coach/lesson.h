@@ -22,6 +22,8 @@ struct LessonOptions {
   bool resume = false;
   /// Another script's folder: a phase of the same number and name begins with what was found there.
   std::filesystem::path from = {};
+  /// The last phase ends with its first trial that succeeds, and has no other's spare trials.
+  bool until_it_succeeds = false;
   int threads = 0;  ///< 0: one for each processor; changes no result
   std::stop_token stop = {};
   /// Of a phase: its name, its trials in all, and how far the search is.

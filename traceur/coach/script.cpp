@@ -24,14 +24,7 @@ std::string lowered(std::string_view text) {
   return out;
 }
 
-/// A piece of a line, and where it begins.
-struct Piece {
-  std::string text;
-  int line = 0;
-  int column = 1;  // of its first character
-};
-
-Piece trimmed(Piece p) {
+Said trimmed(Said p) {
   const auto space = [](unsigned char c) { return std::isspace(c) != 0; };
   while (!p.text.empty() && space(static_cast<unsigned char>(p.text.front()))) {
     p.text.erase(0, 1);
@@ -43,8 +36,8 @@ Piece trimmed(Piece p) {
 
 /// What stands under one heading.
 struct Section {
-  Piece heading;
-  std::vector<Piece> lines;
+  Said heading;
+  std::vector<Said> lines;
 };
 
 /// "Leaning: MOVE downward BY 0.1m; BALANCE" and the lines below it.
@@ -54,14 +47,14 @@ std::vector<Section> sectionsOf(const std::string& text, Diagnostics& wrong) {
   for (std::string whole : split(text + "\n", '\n')) {
     ++line;
     if (const size_t c = whole.find('#'); c != std::string::npos) whole.resize(c);
-    Piece rest{whole, line, 1};
+    Said rest{whole, line, 1};
     if (const size_t colon = whole.find(':'); colon != std::string::npos) {
       sections.push_back({trimmed({whole.substr(0, colon), line, 1}), {}});
       rest = {whole.substr(colon + 1), line, static_cast<int>(colon) + 2};
     }
     int column = rest.column;
     for (const std::string& part : split(rest.text, ';')) {
-      const Piece p = trimmed({part, line, column});
+      const Said p = trimmed({part, line, column});
       column += static_cast<int>(part.size()) + 1;
       if (p.text.empty()) continue;
       if (sections.empty()) {
@@ -153,7 +146,7 @@ class Reader {
                  fmt::format("\"{}\": expected one thing behind it", s.heading.text));
       return;
     }
-    const Piece& value = s.lines[0];
+    const Said& value = s.lines[0];
     const std::string low = lowered(value.text);
     if (heading == "robot") script_.robot = value.text;
     if (heading == "name") script_.name = value.text;
@@ -185,7 +178,7 @@ class Reader {
     }
   }
 
-  void budget(const Piece& value) {
+  void budget(const Said& value) {
     static constexpr int kMost = 1'000'000;
     const char* const end = value.text.data() + value.text.size();
     const auto read = std::from_chars(value.text.data(), end, script_.budget);
@@ -199,15 +192,16 @@ class Reader {
 
   /// "box vault SIZE [0.4, 0.55, 3] AT [1.2, 0.275, 0]", "floor none", "floor friction 0.8".
   void scene(const Section& s) {
-    for (const Piece& p : s.lines) {
+    for (const Said& p : s.lines) {
       try {
         sceneLine(tokensOf(p.text), p);
+        script_.scene.push_back(p);
       } catch (const Misunderstanding& m) {
         wrong_.add(p.line, p.column + m.column - 1, m.reason);
       }
     }
   }
-  void sceneLine(const std::vector<Token>& t, const Piece& p) {
+  void sceneLine(const std::vector<Token>& t, const Said& p) {
     const auto word = [&](size_t i) { return i < t.size() ? t[i].word : ""; };
     const auto vector = [&](size_t i) -> Vector3d {
       if (i >= t.size() || t[i].kind != Token::Kind::kVector) {
@@ -267,9 +261,13 @@ class Reader {
       note(s.heading, fmt::format("\"{}\" is off a wall, and the Scene has none", s.heading.text));
     }
     Phase& phase = phaseNamed(heading, *kind);
-    for (const Piece& p : s.lines) {
+    for (const Said& p : s.lines) {
       try {
-        if (!structure(phase, p) && add(phase.instructions, p)) ++script_.instructions;
+        if (structure(phase, p)) {
+          phase.settings.push_back(p);
+        } else if (add(phase.instructions, p)) {
+          ++script_.instructions;
+        }
       } catch (const Misunderstanding& m) {
         wrong_.add(p.line, p.column + m.column - 1, m.reason);
       }
@@ -278,7 +276,7 @@ class Reader {
   /// What is asked of all phases is put before a phase's own instructions, which so replace it.
   void all(const Section& s) {
     if (lowered(s.heading.text) != "all") return;
-    for (const Piece& p : s.lines) {
+    for (const Said& p : s.lines) {
       try {
         if (add(of_all_, p)) ++script_.instructions;
       } catch (const Misunderstanding& m) {
@@ -300,7 +298,7 @@ class Reader {
   }
 
   /// False where the same is said already.
-  bool add(std::vector<Instruction>& to, const Piece& p) {
+  bool add(std::vector<Instruction>& to, const Said& p) {
     Instruction i = interpreter_->understand(p.text);
     i.line = p.line;
     i.column = p.column;
@@ -322,12 +320,12 @@ class Reader {
       }
     }
   }
-  void note(const Piece& p, std::string text) {
+  void note(const Said& p, std::string text) {
     script_.notes.push_back({script_.file.string(), p.line, p.column, std::move(text)});
   }
 
   /// "POSE crouch, elbows 20 deg IN 0.3 s", "UNTIL COM leads BY 0.16 m", "FOR 0.3 s".
-  bool structure(Phase& phase, const Piece& p) {
+  bool structure(Phase& phase, const Said& p) {
     const std::vector<Token> t = tokensOf(p.text);
     if (t.empty() || t[0].kind != Token::Kind::kWord) return false;
     if (t[0].word == "pose") return pose(phase, t), true;
@@ -522,6 +520,13 @@ std::string withLine(const std::string& text, const std::string& phase, const st
         fmt::format("the script has no \"{}:\"{}", phase, didYouMean(phase, headings)));
   }
   lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(*last) + 1, "  " + line);
+  return join(lines, "\n");
+}
+
+std::string withInstead(const std::string& text, const Said& said, const std::string& words) {
+  std::vector<std::string> lines = split(text, '\n');
+  std::string& line = lines.at(static_cast<size_t>(said.line) - 1);
+  line.replace(static_cast<size_t>(said.column) - 1, said.text.size(), words);
   return join(lines, "\n");
 }
 

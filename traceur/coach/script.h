@@ -42,6 +42,12 @@ struct PhaseKind {
 /// The phases of the dissertation's five skills.
 const std::vector<PhaseKind>& phaseKinds();
 
+/// A line of a script, or what stands between two semicolons of one.
+struct Said {
+  std::string text;
+  int line = 0, column = 1;  ///< from 1; line 0: of none
+};
+
 /// A joint's target.
 struct KeyAngle {
   std::string joint;  ///< a pair or a joint of the robot's file
@@ -61,6 +67,7 @@ struct Phase {
   double longest = 0;                     ///< [s]
   std::string bears;                      ///< as PhaseKind
   std::vector<Instruction> instructions;  ///< those of all phases first
+  std::vector<Said> settings;             ///< its lines that are no instructions: POSE, UNTIL, ...
 };
 
 /// Something around the robot, world axes.
@@ -88,6 +95,7 @@ struct Script {
   double friction = 1;
   std::vector<SceneBox> boxes;
   std::vector<SceneWall> walls;
+  std::vector<Said> scene;  ///< as it was said
   std::vector<Phase> phases;
   std::shared_ptr<const sim::Model> model;  ///< of the robot alone
   std::vector<Mistake> notes;               ///< what is odd, but no mistake
@@ -103,5 +111,7 @@ struct Script {
 /// A script's text with one line more at the end of a phase's lines.
 /// @throws InputError for a phase that the script has not
 std::string withLine(const std::string& text, const std::string& phase, const std::string& line);
+/// … and with other words in place of some that it has; "" leaves them out.
+std::string withInstead(const std::string& text, const Said& said, const std::string& words);
 
 }  // namespace traceur::coach

@@ -6,16 +6,36 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <regex>
 
+#include "traceur/coach/opposites.h"
+#include "traceur/core/error.h"
+#include "traceur/core/gravity.h"
+#include "traceur/core/pending_file.h"
 #include "traceur/core/text.h"
 
 namespace traceur::coach {
 namespace {
 
 /// Where the body was when the best trial ended.
+// Ours: what bears a body slides by 0.02 m at most while it leans and pushes on a dry floor, by
+// 0.14 m while it comes to stand.
+constexpr double kSlide = 0.12, kSlideLanding = 0.25;  // m
+
 class BestTrial {
  public:
   explicit BestTrial(const PhaseLesson& p) : p_(p) {}
+
+  std::optional<double> term(std::string_view name) const {
+    const auto found = std::ranges::find(p_.terms, name, &practice::Quantity::name);
+    if (found == p_.terms.end() || !std::isfinite(found->value)) return {};
+    return found->value;
+  }
+  /// How far what bears it slid [m].
+  double slid() const { return measure("why_slid").value_or(0); }
+  bool slides() const {
+    return slid() > (p_.phase.starts_with("landing") ? kSlideLanding : kSlide);
+  }
 
   std::optional<double> measure(std::string_view name) const {
     const auto found = std::ranges::find(p_.measures, name, &practice::Quantity::name);
@@ -79,34 +99,377 @@ std::string howOften(const PhaseLesson& p) {
   return fmt::format("{} of {} trials failed: {}", failed, p.trials, join(ways));
 }
 
-/// What helps against an ending: tried in this order of what was seen.
-std::pair<std::string, std::string> advice(const PhaseLesson& p, const BestTrial& e,
-                                           std::string_view before) {
-  const std::string earlier(before.empty() ? std::string_view(p.phase) : before);
-  if (p.ended == "falls_backward") return {p.phase, "MOVE forward BY 0.1 m"};
-  if (p.ended == "falls_forward") return {p.phase, "MOVE backward BY 0.1 m"};
-  if (p.ended == "late") {
-    if (p.phase == "leaning") return {p.phase, "MOVE forward BY 0.1 m"};
-    return {p.phase == "thrusting" ? p.phase : earlier, "SPEEDUP 130%"};
+// What might help ---------------------------------------------------------------------------------
+
+// Ours: a time that is long for a pose, and a share of what is asked for that is not met.
+constexpr double kSlowPose = 0.35;  // s
+constexpr double kUnmet = 0.3;
+constexpr double kPhaseAway = 0.3;  // of a rank: a phase further back is less likely
+/// Beyond this lead of the COM practice calls it a fall, so nobody can wait for it.
+constexpr double kFurthestLead = 0.45;  // m
+
+/// A text's numbers, each times its factor, the last one with the last factor.
+std::string scaled(const std::string& text, const std::vector<double>& factors) {
+  static const std::regex kNumber(R"((^|[\[ ,])(-?[0-9]+\.?[0-9]*))");
+  std::vector<std::pair<size_t, size_t>> found;
+  for (auto m = std::sregex_iterator(text.begin(), text.end(), kNumber);
+       m != std::sregex_iterator(); ++m) {
+    found.emplace_back(m->position(2), m->length(2));
   }
-  if (p.ended == "touches") {
-    if (e.leaning() > 60) return {earlier, "head ABOVE root"};
-    return {p.phase, "MOVE upward BY 0.1 m"};
+  std::string out = text;
+  const size_t count = std::min(found.size(), factors.size());
+  for (size_t i = 0; i < count; ++i) {  // from behind, so that places keep
+    const auto [at, length] = found[found.size() - 1 - i];
+    const double value = std::stod(text.substr(at, length)) * factors[factors.size() - 1 - i];
+    out.replace(at, length, fmt::format("{:.3g}", value == 0 ? 0.0 : value));
   }
-  if (p.ended == "hops") {
-    // The feet came down too far behind the COM, or too far ahead.
-    return {earlier,
-            e.lead() > 0 ? "TRANSLATE feet forward BY 0.1 m" : "TRANSLATE feet backward BY 0.1 m"};
+  return out;
+}
+
+/// All that might be said otherwise, of a script whose last practised phase failed.
+class Candidates {
+ public:
+  Candidates(const Script& script, const Lesson& lesson) : script_(script), lesson_(lesson) {
+    const size_t failed = lesson.phases.size() - 1;
+    for (size_t k = 0; k <= failed; ++k) {
+      now_ = k;
+      far_ = static_cast<double>(failed - k);
+      const Phase& phase = script.phases[k];
+      contradictions(phase);
+      for (const Instruction& i : phase.instructions) instruction(i);
+      for (const Said& s : phase.settings) setting(s);
+      if (slides()) floor();
+    }
+    std::ranges::stable_sort(found_, {}, &Remedy::rank);
   }
-  return {p.phase, ""};
+  std::vector<Remedy> take() { return std::move(found_); }
+
+ private:
+  bool last() const { return far_ == 0; }
+  const PhaseLesson& phase() const { return lesson_.phases[now_]; }
+  bool slides() const { return BestTrial(phase()).slides(); }
+  /// @param rank  0: most likely; a phase further back is less likely than a nearer one
+  void add(Fault against, double rank, Said instead_of, std::string say) {
+    // What is asked of all phases is not the phase's.
+    size_t from = now_;
+    for (size_t k = 0; k < now_; ++k) {
+      for (const Instruction& i : script_.phases[k].instructions) {
+        if (i.line == instead_of.line && i.column == instead_of.column) from = std::min(from, k);
+      }
+    }
+    found_.push_back({against, script_.phases[now_].name, std::move(instead_of), std::move(say),
+                      from, rank + kPhaseAway * far_});
+  }
+  void instead(Fault against, double rank, const Instruction& i, const std::string& say) {
+    add(against, rank, {i.said, i.line, i.column}, say);
+  }
+
+  void contradictions(const Phase& phase) {
+    const auto& all = phase.instructions;
+    for (size_t k = 0; k < all.size(); ++k) {
+      for (size_t i = 0; i < k; ++i) {
+        if (!opposed(all[i], all[k])) continue;
+        instead(Fault::kContradiction, 0, all[k], "");
+        instead(Fault::kContradiction, 0.5, all[i], "");
+      }
+    }
+  }
+
+  /// What a relation of this phase missed its number by; nothing: it held.
+  std::optional<double> missedBy(const Instruction& i) const {
+    if (!phase().ended.starts_with("not_")) return {};
+    int relations = 0;
+    for (const Reading& r : phase().readings) {
+      if (r.constraint.empty()) continue;
+      ++relations;
+      if (r.line != i.line || r.means != i.means) continue;
+      const auto by = BestTrial(phase()).measure(fmt::format("by_not_{}", relations));
+      if (by && *by > 0) return by;
+    }
+    return {};
+  }
+
+  void instruction(const Instruction& i) {
+    switch (i.form) {
+      case Form::kSpeed:
+        return speed(i);
+      case Form::kMomentum:
+      case Form::kTurn:
+        if (i.amount >= 1) return instead(Fault::kTooStrong, 3, i, "");
+        return instead(Fault::kTooWeak, fliesShort() ? 0.9 : 3, i, "");
+      case Form::kRelation:
+        return relation(i);
+      case Form::kMove:
+      case Form::kTranslate:
+      case Form::kRotate: {
+        const bool unmet = unmetPlace(i);
+        instead(Fault::kOutOfReach, unmet ? 2 : 8, i, scaled(i.means, {0.5}));
+        if (unmet) instead(Fault::kOutOfReach, 2.5, i, scaled(i.means, {0.25}));
+        return;
+      }
+      case Form::kPlace:
+        return place(i);
+      default:
+        return;
+    }
+  }
+  /// Whether the COM, or what is placed, did not come where it was to; of a failed phase's best
+  /// trial nobody knows.
+  bool unmetPlace(const Instruction& i) const {
+    if (last()) return false;
+    const bool com = i.form == Form::kMove || (i.subject && i.subject->kind == Thing::Kind::kCom);
+    const auto missed = BestTrial(phase()).term(com ? "COM" : i.means);
+    return missed && *missed > 0.12;
+  }
+  /// Whether the flight after this phase did not bring something where it was to: in the air only
+  /// the take-off counts.
+  bool fliesShort() const {
+    for (size_t k = now_ + 1; k + 1 < lesson_.phases.size(); ++k) {
+      if (!script_.phases[k].bears.empty()) return false;
+      for (const practice::Quantity& q : lesson_.phases[k].terms) {
+        if ((q.name == "COM" || q.name.starts_with("PLACE")) && q.value > 0.12) return true;
+      }
+    }
+    return false;
+  }
+  /// How many times as fast a point would fly as far as the feet are to come down: its range is
+  /// 2 v_x v_z / g. 0: nothing is asked for, or there is no such flight.
+  double forTheDistance(const Instruction& speed) const {
+    const double product = speed.velocity.head<2>().norm() * speed.velocity.z();
+    if (product <= 0) return 0;
+    for (size_t k = now_ + 1; k < script_.phases.size() && script_.phases[k].bears.empty(); ++k) {
+      for (const Instruction& i : script_.phases[k].instructions) {
+        if (i.form != Form::kPlace || i.subject->name != "feet" ||
+            i.other->kind != Thing::Kind::kPlace)
+          continue;
+        const double factor = std::sqrt(kGravity * i.other->vector.head<2>().norm() / 2 / product);
+        return std::min(factor, 12.0);
+      }
+    }
+    return 0;
+  }
+  void speed(const Instruction& i) {
+    const size_t up = script_.axes == Axes::kPublished ? 1 : 2;
+    const auto missed = BestTrial(phase()).term("speed");
+    const bool unmet = !last() && missed && *missed > kUnmet * i.velocity.norm();
+    if (unmet) {
+      instead(Fault::kOutOfReach, 2, i, scaled(i.means, {0.7, 0.7, 0.7}));
+      instead(Fault::kOutOfReach, 4, i, scaled(i.means, {0.5, 0.5, 0.5}));
+    }
+    std::vector<double> upward{0.5, 0.5, 0.5};
+    upward[up] = 1.2;
+    instead(slides() ? Fault::kSlips : Fault::kTooStrong, slides() ? 1 : 6, i,
+            scaled(i.means, upward));
+    // Under this it hardly leaves the ground: a flight of a quarter of a second [ours].
+    const bool hardly = i.velocity.z() < 1.25 && !script_.phases[now_].bears.empty();
+    if (const double faster = forTheDistance(i); faster > 1.2) {
+      instead(Fault::kTooWeak, hardly || fliesShort() ? 0.8 : 2.5, i,
+              scaled(i.means, {faster, faster, faster}));
+    }
+    const double weak = hardly || fliesShort() ? 1 : unmet ? 5 : 3;
+    instead(Fault::kTooWeak, weak, i, scaled(i.means, {2, 2, 2}));
+    instead(Fault::kTooWeak, weak + 0.2, i, scaled(i.means, {1.5, 1.5, 1.5}));
+    if (hardly) instead(Fault::kTooWeak, weak + 0.4, i, scaled(i.means, {4, 4, 4}));
+    if (!unmet) instead(Fault::kTooStrong, 5, i, scaled(i.means, {0.7, 0.7, 0.7}));
+  }
+  void relation(const Instruction& i) {
+    const auto missed = last() ? missedBy(i) : std::nullopt;
+    const bool number = i.other && i.other->kind == Thing::Kind::kNumber;
+    if (number && i.other->number != 0) {
+      const double asked = std::abs(i.other->number);
+      if (missed) {
+        // What was reached, and a little less; at least a tenth of what was asked.
+        const double reached = std::max(0.1, 0.8 * (1 - *missed / asked));
+        instead(Fault::kOutOfReach, 1, i, scaled(i.means, {reached}));
+        instead(Fault::kOutOfReach, 2, i, scaled(i.means, {0.5 * reached}));
+      } else {
+        instead(Fault::kTooWeak, 5, i, scaled(i.means, {1.5}));
+        instead(Fault::kTooStrong, 6, i, scaled(i.means, {0.6}));
+      }
+    }
+    instead(missed ? Fault::kOutOfReach : Fault::kUnknown, missed ? 3 : 10, i, "");
+  }
+  void place(const Instruction& i) {
+    if (!i.other || i.other->kind != Thing::Kind::kPlace) return;
+    const size_t up = script_.axes == Axes::kPublished ? 1 : 2;
+    const auto nearer = [&](double by) {
+      std::vector<double> factors{by, by, by};
+      factors[up] = 1;
+      return scaled(i.means, factors);
+    };
+    const bool unmet = unmetPlace(i);
+    instead(Fault::kOutOfReach, unmet ? 2 : 8, i, nearer(0.5));
+    instead(Fault::kOutOfReach, unmet ? 2.5 : 9, i, nearer(0.3));
+  }
+
+  void setting(const Said& s) {
+    const Phase& phase = script_.phases[now_];
+    const std::string& text = s.text;
+    const auto words = [&](std::string_view word) {
+      return text.size() >= word.size() &&
+             std::ranges::equal(text.substr(0, word.size()), word, {},
+                                [](unsigned char c) { return std::tolower(c); });
+    };
+    if (words("within")) {
+      add(Fault::kTooEarly, last() && lesson_.phases.back().ended == "late" ? 2 : 9, s,
+          scaled(text, {2}));
+    } else if (words("until")) {
+      until(phase, s);
+    } else if (words("pose") && phase.pose.blend >= kSlowPose) {
+      const auto sooner = [&](double blend) {
+        static const std::regex kIn(R"(\b([Ii][Nn]) +[0-9.]+ *s\b)");
+        return std::regex_replace(text, kIn, fmt::format("$1 {:.2g} s", blend));
+      };
+      add(Fault::kTooLate, 2, s, sooner(0.1));
+      add(Fault::kTooLate, 4, s, sooner(0.25));
+    }
+  }
+  void until(const Phase& phase, const Said& s) {
+    const std::string& ended = lesson_.phases.back().ended;
+    using K = Ending::Kind;
+    const K kind = phase.ending.kind;
+    if (kind == K::kLeave || kind == K::kTouch) return;
+    const bool leads = kind == K::kComLeads;
+    // The phase never came to its end.
+    const bool here = last() && !ended.starts_with("not_");
+    const bool never = leads && phase.ending.amount > kFurthestLead;
+    const Fault sooner = never ? Fault::kOutOfReach : Fault::kTooLate;
+    const double amount = phase.ending.amount;
+    if (amount > 0) {
+      // Longer than a lean takes, or further than it goes, where scripts that are learned end one.
+      const bool far = here || (leads && amount > 0.25) ||
+                       (kind == K::kAfter && amount > 0.7 && !phase.bears.empty());
+      const double rank = far ? 1.2 : 4;
+      add(sooner, rank, s, scaled(s.text, {0.5}));
+      add(sooner, rank + 0.2, s, scaled(s.text, {0.25}));
+      add(sooner, rank + (kind == K::kTurned ? -0.1 : 0.4), s, scaled(s.text, {0.8}));
+      if (!here) add(Fault::kTooEarly, 8, s, scaled(s.text, {1.4}));
+    } else {
+      add(sooner, here ? 1.5 : 6, s, scaled(s.text, {2}));  // so far behind
+      add(Fault::kTooEarly, 8, s, scaled(s.text, {0.5}));
+    }
+  }
+  void floor() {
+    for (const Said& s : script_.scene) {
+      if (s.text.find("friction") == std::string::npos || script_.friction > 0.6) continue;
+      add(Fault::kSlips, 1.5, s, "floor friction 0.8");
+      found_.back().from = 0;
+      found_.back().phase = "scene";
+    }
+  }
+
+  const Script& script_;
+  const Lesson& lesson_;
+  size_t now_ = 0;
+  double far_ = 0;  // phases from the one that failed back to this one
+  std::vector<Remedy> found_;
+};
+
+/// What the script or the trials show of the cause.
+std::pair<Fault, std::string> seen(const Script& script, const Lesson& lesson) {
+  const size_t last = lesson.phases.size() - 1;
+  const auto& asked = script.phases[last].instructions;
+  for (size_t k = 0; k < asked.size(); ++k) {
+    for (size_t i = 0; i < k; ++i) {
+      if (!opposed(asked[i], asked[k])) continue;
+      return {Fault::kContradiction,
+              fmt::format("\"{}\" opposes \"{}\"", asked[k].said, asked[i].said)};
+    }
+  }
+  for (size_t k = last + 1; k-- > 0;) {
+    const BestTrial e(lesson.phases[k]);
+    if (!e.slides()) continue;
+    return {Fault::kSlips, fmt::format("the {} slid {:.2f} m in {}", script.phases[k].bears,
+                                       e.slid(), lesson.phases[k].phase)};
+  }
+  return {Fault::kUnknown, ""};
 }
 
 }  // namespace
 
-Why why(const PhaseLesson& p, std::string_view before) {
+std::string_view nameOf(Fault fault) {
+  switch (fault) {
+    case Fault::kTooWeak:
+      return "too weak";
+    case Fault::kTooStrong:
+      return "too strong";
+    case Fault::kTooLate:
+      return "too late";
+    case Fault::kTooEarly:
+      return "too early";
+    case Fault::kSlips:
+      return "it slips";
+    case Fault::kOutOfReach:
+      return "out of reach";
+    case Fault::kContradiction:
+      return "a contradiction";
+    case Fault::kUnknown:
+      break;
+  }
+  return "not known";
+}
+
+Why why(const Script& script, const Lesson& lesson) {
+  const PhaseLesson& p = lesson.phases.back();
   const BestTrial e(p);
-  auto [phase, say] = advice(p, e, before);
-  return {whatHappened(p, e), howOften(p), std::move(phase), std::move(say)};
+  auto [fault, because] = seen(script, lesson);
+  return {whatHappened(p, e),
+          howOften(p),
+          fault,
+          std::move(because),
+          lesson.phases.size() - 1,
+          Candidates(script, lesson).take()};
+}
+
+std::string told(const Remedy& r) {
+  if (r.say.empty()) return fmt::format("leave out \"{}\" of {}", r.instead_of.text, r.phase);
+  if (r.instead_of.line == 0) return fmt::format("\"{}\" in {}", r.say, r.phase);
+  return fmt::format("\"{}\" in {}, instead of \"{}\"", r.say, r.phase, r.instead_of.text);
+}
+
+Script withRemedy(const Script& script, const Remedy& r) {
+  const std::string text = r.instead_of.line == 0 ? withLine(script.text, r.phase, r.say)
+                                                  : withInstead(script.text, r.instead_of, r.say);
+  return Script::fromText(text, script.file);
+}
+
+std::optional<Helps> whatHelps(const Script& script, const std::filesystem::path& folder,
+                               const Why& why, const LessonOptions& options, int most,
+                               const std::function<void(const Remedy&)>& on_try) {
+  namespace fs = std::filesystem;
+  const fs::path scratch = folder / "tried";
+  LessonOptions o = options;
+  o.resume = true;
+  o.until_it_succeeds = true;
+  Helps best{.remedy = {}, .learned = why.failed + 1};  // a phase more than there was
+  std::optional<Helps> helps;
+  for (size_t i = 0; i < why.remedies.size() && static_cast<int>(i) < most; ++i) {
+    const Remedy& r = why.remedies[i];
+    if (on_try) on_try(r);
+    const Script changed = withRemedy(script, r);
+    fs::remove_all(scratch);
+    makeFolder(scratch);
+    for (const auto& file : fs::directory_iterator(folder)) {
+      const std::string name = file.path().filename().string();
+      // What was learned before the change.
+      const bool before = file.is_regular_file() &&
+                          std::isdigit(static_cast<unsigned char>(name[0])) &&
+                          static_cast<size_t>(std::stoi(name)) <= r.from;
+      if (before) fs::copy_file(file.path(), scratch / name);
+    }
+    const Lesson lesson = practise(changed, scratch, o);
+    if (lesson.interrupted) break;
+    const auto learned =
+        static_cast<size_t>(std::ranges::count(lesson.phases, false, &PhaseLesson::failed));
+    const bool all = !lesson.whole.empty() && !lesson.failed;
+    if (all || learned > best.learned || (learned == best.learned && !helps)) {
+      best = {r, learned, all};
+      helps = best;
+    }
+    if (all) break;
+  }
+  fs::remove_all(scratch);
+  return helps;
 }
 
 }  // namespace traceur::coach

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "traceur/reproduce/bongo.h"
+#include "traceur/reproduce/coach_faults.h"
 #include "traceur/reproduce/constrained_anchors.h"
 #include "traceur/reproduce/falls.h"
 #include "traceur/reproduce/figure_42.h"
@@ -139,6 +140,7 @@ const std::vector<Table>& allTables() {
       toyTable("table-9", "9", "The same over the height and frequency of noise [Ha2015, Tab. 9]."),
       toyTable("tables-7-9", "", "The ten rows of the three tables [Ha2015, Tab. 7-9]."),
       jumpPhases(),
+      coachFaults(),
       constrainedTable(),
       elevenTable(),
       families(),

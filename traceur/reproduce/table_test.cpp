@@ -551,6 +551,7 @@ TEST(Tables, AreToldAsTheyAre) {
       {"table-9", Center::kMean, "", 20, 100},
       {"tables-7-9", Center::kMean, "", 20, 100},
       {"table-7-motions", Center::kMean, "", 3, 30},
+      {"coach-faults", Center::kMean, "", 1, 8},
       {"constrained", Center::kMedian, "", 11, 51},
       {"table-11", Center::kTrimmedMean, "", 9, 90},
       {"families", Center::kMedian, "task:error", 1, 9},
@@ -599,8 +600,8 @@ TEST(Tables, AreToldAsTheyAre) {
   }
   // Those of the robots' files, not of a formula.
   for (const Table& t : allTables()) {
-    const bool of_skills =
-        t.name == "families" || t.name == "table-7-motions" || t.name.starts_with("figure-3");
+    const bool of_skills = t.name == "families" || t.name == "table-7-motions" ||
+                           t.name == "coach-faults" || t.name.starts_with("figure-3");
     const bool of_falls = t.name.find("fall") != std::string::npos || t.name == "table-3" ||
                           t.name == "table-4" || t.name == "figure-22";
     const bool of_landings =
