@@ -60,6 +60,22 @@ grep -q "wings" "$dir/saved.coach" && complain "session: keeps what it did not u
 [ "$(hash_of "$dir/s/sink.run")" = "$(hash_of "$dir/out/sink.run")" ] ||
   complain "session: undo did not bring back what was"
 
+# What helps is found by trying.
+printf 'Robot: athlete\nLeaning:\n  POSE crouch\n  UNTIL 0.4 s\n  head IN FRONT OF root\n  head BEHIND root; UNTIL 0.3 s\n' >"$dir/both.coach"
+"$traceur" coach "$dir/both.coach" --budget 8 --out "$dir/both" --why >"$dir/text" 2>"$dir/tries"
+[ $? -eq 3 ] || complain "why: another exit code"
+grep -q '"head BEHIND root" opposes "head IN FRONT OF root"' "$dir/text" || complain "why: $(cat "$dir/text")"
+grep -q '^helps: leave out "head BEHIND root" of leaning$' "$dir/text" || complain "why: $(cat "$dir/text")"
+grep -q '^trying: leave out "head BEHIND root" of leaning$' "$dir/tries" || complain "why: $(cat "$dir/tries")"
+"$traceur" coach "$dir/both.coach" --budget 8 --out "$dir/both" --resume --why --json | python3 -c '
+import json, sys
+j = json.load(sys.stdin)
+assert j["helps"]["say"] == "" and j["helps"]["instead_of"] == {"line": 6, "text": "head BEHIND root"}, j
+assert j["helps"]["all"] and j["helps"]["against"] == "a contradiction", j' || complain "why --json"
+[ -e "$dir/both/tried" ] && complain "why left what it tried"
+printf 'why\nquit\n' | "$traceur" coach "$dir/both.coach" --budget 8 --out "$dir/both" --session >"$dir/text" 2>"$dir/tries"
+grep -q '^helps: leave out "head BEHIND root" of leaning$' "$dir/text" || complain "session: why: $(cat "$dir/text")"
+
 mkdir "$dir/empty"
 "$traceur" coach "$dir/sink.coach" --from "$dir/empty" --out "$dir/from" 2>"$dir/text"
 [ $? -eq 2 ] && grep -q "empty: has no run of a phase of this script: expected 1-leaning.run" "$dir/text" ||

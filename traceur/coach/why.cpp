@@ -17,10 +17,14 @@
 namespace traceur::coach {
 namespace {
 
-/// Where the body was when the best trial ended.
-// Ours: what bears a body slides by 0.02 m at most while it leans and pushes on a dry floor, by
-// 0.14 m while it comes to stand.
+// Ours: learned scripts' feet slide by up to 0.02 m while they lean and push off a dry floor, by
+// 0.1 m off a wall, by 0.14 m while they come to stand. On a floor that is said to be slippery less
+// is telling.
 constexpr double kSlide = 0.12, kSlideLanding = 0.25;  // m
+constexpr double kSlippery = 0.5;                      // coefficient of friction
+constexpr double kSlideOnSlippery = 0.03, kSlideLandingOnSlippery = 0.15;  // m
+
+/// Where the body was when the best trial ended.
 
 class BestTrial {
  public:
@@ -33,8 +37,12 @@ class BestTrial {
   }
   /// How far what bears it slid [m].
   double slid() const { return measure("why_slid").value_or(0); }
-  bool slides() const {
-    return slid() > (p_.phase.starts_with("landing") ? kSlideLanding : kSlide);
+  /// Whether that is more than a body does that pushes and lands well.
+  bool slides(double friction) const {
+    const bool slippery = friction < kSlippery;
+    if (p_.phase.starts_with("landing"))
+      return slid() > (slippery ? kSlideLandingOnSlippery : kSlideLanding);
+    return slid() > (slippery ? kSlideOnSlippery : kSlide);
   }
 
   std::optional<double> measure(std::string_view name) const {
@@ -104,7 +112,8 @@ std::string howOften(const PhaseLesson& p) {
 // Ours: a time that is long for a pose, and a share of what is asked for that is not met.
 constexpr double kSlowPose = 0.35;  // s
 constexpr double kUnmet = 0.3;
-constexpr double kPhaseAway = 0.3;  // of a rank: a phase further back is less likely
+// Of a rank: a phase further back is less likely, one after that in which it goes wrong much less.
+constexpr double kPhaseAway = 0.3, kAfterwards = 3;
 /// Beyond this lead of the COM practice calls it a fall, so nobody can wait for it.
 constexpr double kFurthestLead = 0.45;  // m
 
@@ -131,9 +140,11 @@ class Candidates {
  public:
   Candidates(const Script& script, const Lesson& lesson) : script_(script), lesson_(lesson) {
     const size_t failed = lesson.phases.size() - 1;
+    size_t culprit = 0;
+    while (culprit < failed && !doesBadly(culprit)) ++culprit;
     for (size_t k = 0; k <= failed; ++k) {
       now_ = k;
-      far_ = static_cast<double>(failed - k);
+      far_ = k > culprit ? kAfterwards : kPhaseAway * static_cast<double>(culprit - k);
       const Phase& phase = script.phases[k];
       contradictions(phase);
       for (const Instruction& i : phase.instructions) instruction(i);
@@ -145,9 +156,18 @@ class Candidates {
   std::vector<Remedy> take() { return std::move(found_); }
 
  private:
-  bool last() const { return far_ == 0; }
+  bool last() const { return now_ + 1 == lesson_.phases.size(); }
+  /// A phase that was learned, but hardly does what it is asked for: from there on it goes wrong.
+  bool doesBadly(size_t k) const {
+    double most = 0;
+    for (const Instruction& i : script_.phases[k].instructions) {
+      if (i.form == Form::kSpeed) most = std::max(most, kUnmet * i.velocity.norm());
+    }
+    const auto speed = BestTrial(lesson_.phases[k]).term("speed");
+    return speed && *speed > std::max(most, 0.3);
+  }
   const PhaseLesson& phase() const { return lesson_.phases[now_]; }
-  bool slides() const { return BestTrial(phase()).slides(); }
+  bool slides() const { return BestTrial(phase()).slides(script_.friction); }
   /// @param rank  0: most likely; a phase further back is less likely than a nearer one
   void add(Fault against, double rank, Said instead_of, std::string say) {
     // What is asked of all phases is not the phase's.
@@ -158,7 +178,7 @@ class Candidates {
       }
     }
     found_.push_back({against, script_.phases[now_].name, std::move(instead_of), std::move(say),
-                      from, rank + kPhaseAway * far_});
+                      from, rank + far_});
   }
   void instead(Fault against, double rank, const Instruction& i, const std::string& say) {
     add(against, rank, {i.said, i.line, i.column}, say);
@@ -242,16 +262,16 @@ class Candidates {
         if (i.form != Form::kPlace || i.subject->name != "feet" ||
             i.other->kind != Thing::Kind::kPlace)
           continue;
-        const double factor = std::sqrt(kGravity * i.other->vector.head<2>().norm() / 2 / product);
-        return std::min(factor, 12.0);
+        const double distance = i.other->vector.head<2>().norm();
+        if (distance < 0.3) return 0;  // m; a jump on the spot
+        return std::min(std::sqrt(kGravity * distance / 2 / product), 12.0);
       }
     }
     return 0;
   }
   void speed(const Instruction& i) {
     const size_t up = script_.axes == Axes::kPublished ? 1 : 2;
-    const auto missed = BestTrial(phase()).term("speed");
-    const bool unmet = !last() && missed && *missed > kUnmet * i.velocity.norm();
+    const bool unmet = !last() && doesBadly(now_);
     if (unmet) {
       instead(Fault::kOutOfReach, 2, i, scaled(i.means, {0.7, 0.7, 0.7}));
       instead(Fault::kOutOfReach, 4, i, scaled(i.means, {0.5, 0.5, 0.5}));
@@ -344,6 +364,7 @@ class Candidates {
       add(sooner, rank + 0.2, s, scaled(s.text, {0.25}));
       add(sooner, rank + (kind == K::kTurned ? -0.1 : 0.4), s, scaled(s.text, {0.8}));
       if (!here) add(Fault::kTooEarly, 8, s, scaled(s.text, {1.4}));
+      if (phase.kind->ending.kind != kind) add(sooner, rank + 0.3, s, "");  // it ends as usual
     } else {
       add(sooner, here ? 1.5 : 6, s, scaled(s.text, {2}));  // so far behind
       add(Fault::kTooEarly, 8, s, scaled(s.text, {0.5}));
@@ -351,7 +372,7 @@ class Candidates {
   }
   void floor() {
     for (const Said& s : script_.scene) {
-      if (s.text.find("friction") == std::string::npos || script_.friction > 0.6) continue;
+      if (s.text.find("friction") == std::string::npos || script_.friction >= kSlippery) continue;
       add(Fault::kSlips, 1.5, s, "floor friction 0.8");
       found_.back().from = 0;
       found_.back().phase = "scene";
@@ -361,7 +382,7 @@ class Candidates {
   const Script& script_;
   const Lesson& lesson_;
   size_t now_ = 0;
-  double far_ = 0;  // phases from the one that failed back to this one
+  double far_ = 0;  // how much less likely this phase is
   std::vector<Remedy> found_;
 };
 
@@ -378,7 +399,7 @@ std::pair<Fault, std::string> seen(const Script& script, const Lesson& lesson) {
   }
   for (size_t k = last + 1; k-- > 0;) {
     const BestTrial e(lesson.phases[k]);
-    if (!e.slides()) continue;
+    if (!e.slides(script.friction)) continue;
     return {Fault::kSlips, fmt::format("the {} slid {:.2f} m in {}", script.phases[k].bears,
                                        e.slid(), lesson.phases[k].phase)};
   }

@@ -32,8 +32,8 @@ struct PutIn {
 };
 constexpr int kOfAKind = 8;
 constexpr std::array<PutIn, 40> kFaults = {{
-    {Fault::kTooWeak, "precision-jump", "SPEED near [1.2,2.4,0.0]", "SPEED near [0.1,0.3,0.0]"},
-    {Fault::kTooWeak, "precision-jump", "SLOWDOWN 20%", "SLOWDOWN 60%"},
+    {Fault::kTooWeak, "precision-jump", "SPEED near [1.2,2.4,0.0]", "SPEED near [0.15,0.3,0.0]"},
+    {Fault::kTooWeak, "precision-jump", "SLOWDOWN 20%", "SLOWDOWN 80%"},
     {Fault::kTooWeak, "turnaround-jump", "SPEED NEAR [0,2.2,0]", "SPEED NEAR [0,0.5,0]"},
     {Fault::kTooWeak, "half-turn-jump", "SPEED NEAR [0.01,2.63,-0.00]", "SPEED NEAR [0,0.8,0]"},
     {Fault::kTooWeak, "monkey-vault", "SPEED NEAR [1.59,1.86,0]", "SPEED NEAR [0.8,1.0,0]"},
