@@ -173,7 +173,7 @@ Lesson practise(const Script& script, const fs::path& folder, const LessonOption
     const practice::SearchOptions search{.seed = options.seed + k,
                                          .budget = options.budget.value_or(script.budget) *
                                                        static_cast<int>(skill->parameters.size()) +
-                                                   (k + 1 == script.phases.size() ? spare : 0),
+                                                   (last ? spare : 0),
                                          .optimiser = "cma-c",
                                          .population = kPopulation,
                                          .step_size = compiled.informed ? kNearStep : kStep,

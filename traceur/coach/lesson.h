@@ -22,7 +22,7 @@ struct LessonOptions {
   bool resume = false;
   /// Another script's folder: a phase of the same number and name begins with what was found there.
   std::filesystem::path from = {};
-  /// The last phase ends with its first trial that succeeds, and has no other's spare trials.
+  /// The last phase ends with its first trial that succeeds.
   bool until_it_succeeds = false;
   int threads = 0;  ///< 0: one for each processor; changes no result
   std::stop_token stop = {};

@@ -150,6 +150,7 @@ class Candidates {
       for (const Instruction& i : phase.instructions) instruction(i);
       for (const Said& s : phase.settings) setting(s);
       if (slides()) floor();
+      if (phase.ending.kind == Ending::Kind::kTouch && last()) nearerSurfaces();
     }
     std::ranges::stable_sort(found_, {}, &Remedy::rank);
   }
@@ -163,8 +164,9 @@ class Candidates {
     for (const Instruction& i : script_.phases[k].instructions) {
       if (i.form == Form::kSpeed) most = std::max(most, kUnmet * i.velocity.norm());
     }
-    const auto speed = BestTrial(lesson_.phases[k]).term("speed");
-    return speed && *speed > std::max(most, 0.3);
+    const BestTrial e(lesson_.phases[k]);
+    const bool misplaced = !script_.phases[k].bears.empty() && e.term("COM").value_or(0) > 0.15;
+    return misplaced || e.term("speed").value_or(0) > std::max(most, 0.3);
   }
   const PhaseLesson& phase() const { return lesson_.phases[now_]; }
   bool slides() const { return BestTrial(phase()).slides(script_.friction); }
@@ -197,14 +199,16 @@ class Candidates {
 
   /// What a relation of this phase missed its number by; nothing: it held.
   std::optional<double> missedBy(const Instruction& i) const {
-    if (!phase().ended.starts_with("not_")) return {};
+    // Of a trial that failed before its end, only by much.
+    const double least =
+        phase().ended.starts_with("not_") || !i.other ? 0 : kUnmet * std::abs(i.other->number);
     int relations = 0;
     for (const Reading& r : phase().readings) {
       if (r.constraint.empty()) continue;
       ++relations;
       if (r.line != i.line || r.means != i.means) continue;
       const auto by = BestTrial(phase()).measure(fmt::format("by_not_{}", relations));
-      if (by && *by > 0) return by;
+      if (by && *by > least) return by;
     }
     return {};
   }
@@ -274,7 +278,8 @@ class Candidates {
     const bool unmet = !last() && doesBadly(now_);
     if (unmet) {
       instead(Fault::kOutOfReach, 2, i, scaled(i.means, {0.7, 0.7, 0.7}));
-      instead(Fault::kOutOfReach, 4, i, scaled(i.means, {0.5, 0.5, 0.5}));
+      instead(Fault::kOutOfReach, 2.5, i, scaled(i.means, {0.5, 0.5, 0.5}));
+      instead(Fault::kOutOfReach, 2.7, i, scaled(i.means, {0.25, 0.25, 0.25}));
     }
     std::vector<double> upward{0.5, 0.5, 0.5};
     upward[up] = 1.2;
@@ -300,7 +305,8 @@ class Candidates {
       if (missed) {
         // What was reached, and a little less; at least a tenth of what was asked.
         const double reached = std::max(0.1, 0.8 * (1 - *missed / asked));
-        instead(Fault::kOutOfReach, 1, i, scaled(i.means, {reached}));
+        instead(Fault::kOutOfReach, 1.3, i, scaled(i.means, {reached}));
+        instead(Fault::kOutOfReach, 1.5, i, scaled(i.means, {0.25}));
         instead(Fault::kOutOfReach, 2, i, scaled(i.means, {0.5 * reached}));
       } else {
         instead(Fault::kTooWeak, 5, i, scaled(i.means, {1.5}));
@@ -368,6 +374,20 @@ class Candidates {
     } else {
       add(sooner, here ? 1.5 : 6, s, scaled(s.text, {2}));  // so far behind
       add(Fault::kTooEarly, 8, s, scaled(s.text, {0.5}));
+    }
+  }
+  /// What it does not touch may stand too far away.
+  void nearerSurfaces() {
+    const size_t up = script_.axes == Axes::kPublished ? 1 : 2;
+    for (const Said& s : script_.scene) {
+      if (s.text.find(" at ") == std::string::npos) continue;
+      for (const double by : {0.7, 0.5, 0.35}) {
+        std::vector<double> factors{by, by, by};
+        factors[up] = 1;
+        add(Fault::kOutOfReach, 3 - by, s, scaled(s.text, factors));
+        found_.back().from = 0;
+        found_.back().phase = "scene";
+      }
     }
   }
   void floor() {
