@@ -650,6 +650,32 @@ TEST(Compile, WhatIsSetAgainIsSetAnew) {
 }
 
 /// Where a spin's number and the way round of its axis are both below 0.
+/// Key angles that practice is to find are numbers of the phase, and of the whole.
+TEST(Compile, ARangeOfAnglesIsPractised) {
+  const Script script = athlete(
+      "Leaning: POSE lean, hips 40 to 90 deg, shoulders 70 deg; UNTIL 0.3 s\n"
+      "Landing: POSE crouch, hips 1 to 1.5 rad; FOR 0.2 s");
+  const CompiledPhase leaning = compilePhase(script, 0, {}, {});
+  const auto skill = skill::Skill::fromText(leaning.text, "t.toml");
+  ASSERT_EQ(skill->parameters.size(), 1U);
+  EXPECT_NEAR(skill->parameters[0].min, 40 * kDegree, 1e-5);
+  EXPECT_NEAR(skill->parameters[0].max, 90 * kDegree, 1e-5);
+  EXPECT_NEAR(skill->initialParameters()[0], 65 * kDegree, 1e-5);
+  EXPECT_SAYS(leaning.text, "hip_flex = \"pose_hip_flex\", shoulder_flex = \"1.22173\"");
+  EXPECT_EQ(leaning.readings[0].rigs[0], "TargetJoints<hip_flex>");
+  const CompiledPhase landing = compilePhase(script, 1, {}, {});
+  const std::string whole = wholeText(script, {leaning.draft, landing.draft},
+                                      {Eigen::VectorXd{{1.2}}, Eigen::VectorXd{{1.4}}});
+  const auto all = skill::Skill::fromText(whole, "t.toml");
+  EXPECT_NEAR(all->initialParameters()[0], 1.2, 1e-12);
+  EXPECT_NEAR(all->initialParameters()[1], 1.4, 1e-12);
+  EXPECT_SAYS(whole, "hip_flex = \"landing_pose_hip_flex\"");
+  for (const char* wrong : {"hips 90 to 40 deg", "hips 40 to 90", "hips 40 m to 90 deg"}) {
+    EXPECT_EQ(mistakesOf("Robot: athlete\nLeaning: POSE lean, " + std::string(wrong)).size(), 1U)
+        << wrong;
+  }
+}
+
 TEST(Compile, ASpinIsHeldAgainstItsNumber) {
   // Forward is -z as published, +y in the world.
   const std::string text =

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "traceur/coach/rigs.h"
@@ -73,6 +74,7 @@ class Compiler {
         body_(script) {}
 
   CompiledPhase compile(const std::filesystem::path& previous) {
+    pose();
     ending();
     whereItEnds();
     for (const Instruction& i : phase_.instructions) instruct(i);
@@ -130,6 +132,26 @@ class Compiler {
   }
 
   // What every phase has -------------------------------------------------------------------------
+  /// Key angles that are given as ranges are found by practice.
+  void pose() {
+    for (const KeyAngle& a : phase_.pose.angles) {
+      if (a.spread == 0) continue;
+      Reading r{.phase = phase_.name,
+                .said = {},
+                .means = fmt::format("POSE {} {:.3g} to {:.3g} deg", a.joint,
+                                     degrees(a.angle - a.spread), degrees(a.angle + a.spread)),
+                .line = 0,
+                .rigs = {fmt::format("TargetJoints<{}>", a.joint)},
+                .term = {},
+                .constraint = {},
+                .note = "found with the rest: nothing is asked of it"};
+      readings_.push_back(std::move(r));
+      draft_.parameters.push_back({poseNumber(a), "rad", a.angle - a.spread, a.angle + a.spread,
+                                   a.angle, "Key angle of the pose."});
+    }
+  }
+  static std::string poseNumber(const KeyAngle& a) { return "pose_" + identifier(a.joint); }
+  static double degrees(double radians) { return radians * 180 / std::numbers::pi; }
   void ending() {
     const std::string& group = phase_.ending.group;
     switch (phase_.ending.kind) {
@@ -669,7 +691,9 @@ class Compiler {
   }
   std::string poseText() const {
     std::vector<std::pair<std::string, std::string>> entries;
-    for (const KeyAngle& a : phase_.pose.angles) entries.emplace_back(a.joint, num(a.angle));
+    for (const KeyAngle& a : phase_.pose.angles) {
+      entries.emplace_back(a.joint, a.spread > 0 ? poseNumber(a) : num(a.angle));
+    }
     entries.insert(entries.end(), draft_.pose.begin(), draft_.pose.end());
     const std::string joints = entries.empty() ? "" : ", " + table(entries).substr(2);
     return entries.empty() ? fmt::format("{{ base = \"{}\" }}", phase_.pose.base)

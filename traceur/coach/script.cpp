@@ -375,11 +375,28 @@ class Reader {
         if (i >= t.size() && k.angles.empty()) throw Misunderstanding{column, unknownPose(words)};
         throw Misunderstanding{column, fmt::format("\"{}\" is no joint", words)};
       }
-      if (i >= t.size() || !isAngle(t[i])) {
-        throw Misunderstanding{column, fmt::format("\"{}\": expected an angle, as 20 deg", words)};
-      }
-      k.angles.push_back({joints[0], t[i++].number});
+      k.angles.push_back(angle(t, i, joints[0], words, column));
     }
+  }
+  /// "20 deg", or "20 to 60 deg", which practice is to find.
+  static KeyAngle angle(const std::vector<Token>& t, size_t& i, const std::string& joint,
+                        const std::string& words, int column) {
+    const bool range = i + 2 < t.size() && t[i].kind == Token::Kind::kNumber &&
+                       t[i + 1].kind == Token::Kind::kWord && t[i + 1].word == "to" &&
+                       isAngle(t[i + 2]) && (isAngle(t[i]) || t[i].word.empty());
+    if (!range && (i >= t.size() || !isAngle(t[i]))) {
+      throw Misunderstanding{
+          column, fmt::format("\"{}\": expected an angle, as 20 deg, or as 20 to 60 deg", words)};
+    }
+    if (!range) return {joint, t[i++].number};
+    const Token& last = t[i + 2];
+    const bool degrees = t[i].word.empty() && last.word != "rad";
+    const double first = t[i].number * (degrees ? std::numbers::pi / 180 : 1);
+    if (first >= last.number) {
+      throw Misunderstanding{t[i].column, "expected the smaller angle first, as 20 to 60 deg"};
+    }
+    i += 3;
+    return {joint, (first + last.number) / 2, (last.number - first) / 2};
   }
   void until(Phase& phase, const std::vector<Token>& t) {
     const auto expected = [&] {

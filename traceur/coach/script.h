@@ -52,6 +52,7 @@ struct Said {
 struct KeyAngle {
   std::string joint;  ///< a pair or a joint of the robot's file
   double angle = 0;   ///< [rad]
+  double spread = 0;  ///< practice moves it by so much either way [rad]
 };
 struct KeyPose {
   std::string base;  ///< a pose of the robot's file, "zero", or "previous"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <filesystem>
 #include <future>
 #include <map>
@@ -105,7 +106,9 @@ std::filesystem::path fileOf(const char* script) {
 coach::Script scriptOf(const PutIn& f) {
   const std::filesystem::path file = fileOf(f.script);
   std::string text = readFile(file);
-  text.replace(text.find(f.right), std::string(f.right).size(), f.wrong);
+  const size_t at = text.find(f.right);
+  assert(at != std::string::npos && text.find(f.right, at + 1) == std::string::npos);
+  text.replace(at, std::string(f.right).size(), f.wrong);
   return coach::Script::fromText(text, file);
 }
 
