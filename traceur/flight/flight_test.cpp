@@ -18,15 +18,20 @@ Matrix3d pitched(double angle) {
 
 TEST(Turned, AboutAPrincipalAxisIsTheAngleThatMomentumAndInertiaGive) {
   const Matrix3d I = Vector3d(2, 4, 3).asDiagonal();
-  const Matrix3d R = turned(Matrix3d::Identity(), {0, 6, 0}, I, I, 0.7);
+  const Matrix3d R = turned(Matrix3d::Identity(), {0, 6, 0}, I, 0.7);
   EXPECT_LT((R - pitched(1.5 * 0.7)).norm(), 1e-12);
   // An inertia that grows evenly from 2 to 4: the angle is L ∫ dt / I.
-  const Matrix3d small = Vector3d(2, 2, 3).asDiagonal();
-  const Matrix3d grown = turned(Matrix3d::Identity(), {0, 6, 0}, small, I, 0.5);
+  const auto still = [](double about_y) {
+    return Changing{Vector3d(2, about_y, 3).asDiagonal(), Vector3d::Zero()};
+  };
+  const PoseChange grows(still(2), still(3), still(4));
+  const Matrix3d grown = turned(Matrix3d::Identity(), {0, 6, 0}, grows, 0.5);
   const double angle = 6 * 0.5 / 2 * std::log(2);
-  EXPECT_LT((grown - pitched(angle)).norm(), 1e-3);
-  EXPECT_EQ(turned(R, {0, 6, 0}, I, I, 0), R);
-  EXPECT_EQ(turned(R, {0, 6, 0}, I, I, -1), R);
+  EXPECT_LT((grown - pitched(angle)).norm(), 4e-3);
+  for (const double none : {0., -1.}) {
+    EXPECT_EQ(turned(R, {0, 6, 0}, I, none), R);
+    EXPECT_EQ(turned(R, {0, 6, 0}, grows, none), R);
+  }
 }
 
 TEST(Turned, OfARigidBodyKeepsItsEnergy) {
@@ -36,9 +41,22 @@ TEST(Turned, OfARigidBodyKeepsItsEnergy) {
     return 0.5 * L.dot(R * I.inverse() * R.transpose() * L);
   };
   const Matrix3d start = pitched(0.4);
-  const Matrix3d end = turned(start, L, I, I, 1);
+  const Matrix3d end = turned(start, L, I, 1);
   EXPECT_NEAR(energy(end) / energy(start), 1, 0.01);
   EXPECT_NEAR(end.determinant(), 1, 1e-9);
+}
+
+TEST(Turned, ByAChangeOfPoseIsTheSameHoweverLongItTakes) {
+  // A wheel of 1 kg m² in a body of 4 that turns by 2 rad: all of it by -1/5 of that.
+  const Changing turning{Vector3d(3, 5, 3).asDiagonal(), Vector3d(0, 1 * 2, 0)};
+  const PoseChange wheel(turning, turning, turning);
+  for (const double time : {0.01, 0.1, 3.}) {
+    const Matrix3d R = turned(pitched(0.3), Vector3d::Zero(), wheel, time);
+    EXPECT_LT((R - pitched(0.3 - 2 / 5.)).norm(), 1e-12);
+  }
+  // Momentum adds what it turns the whole by.
+  const Matrix3d both = turned(pitched(0.3), {0, 6, 0}, wheel, 0.5);
+  EXPECT_LT((both - pitched(0.3 - 2 / 5. + 6 / 5. * 0.5)).norm(), 1e-12);
 }
 
 TEST(Turn, IsWhatDiversCount) {
@@ -57,13 +75,15 @@ TEST(Turn, IsWhatDiversCount) {
 std::shared_ptr<const sim::Model> flyer() {
   // A trunk with two arms that swing up, which makes it harder to turn forward.
   return sim::Model::fromMjcf(R"(
-<mujoco><option timestep="0.001"/><worldbody><geom type="plane" size="9 9 1"/>
+<mujoco><compiler angle="radian"/><option timestep="0.001"/><worldbody>
+<geom type="plane" size="9 9 1"/>
 <body name="trunk" pos="0 0 5"><freejoint/><geom type="box" size=".1 .15 .3" mass="10"/>
  <body name="left" pos="0 .2 .25"><joint name="left" axis="0 -1 0" range="-3 3" limited="true"/>
   <geom type="capsule" fromto="0 0 0 0 0 -.8" size=".04" mass="3"/></body>
  <body name="right" pos="0 -.2 .25"><joint name="right" axis="0 -1 0" range="-3 3" limited="true"/>
   <geom type="capsule" fromto="0 0 0 0 0 -.8" size=".04" mass="3"/></body>
-</body></worldbody></mujoco>)");
+</body></worldbody>
+<actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>)");
 }
 
 TEST(FlightPoses, AreUnlikeEachOther) {
@@ -136,6 +156,40 @@ TEST(FlightPlanner, ReachesWithPosesWhatNoneReaches) {
   // The other pose alone is no help.
   EXPECT_GT(with.plan(world.snapshot(), wanted, 0, 1).cost, 0.05);
   EXPECT_EQ(with.plan(world.snapshot(), wanted, 0, -1).pose, -1);
+}
+
+TEST(FlightPlanner, ForeseesWhatSwingingLimbsDoToTheTrunk) {
+  const auto model = flyer();
+  sim::World world(model);
+  FlightPlanner planner(model, {});
+  // Both arms; and one, which tilts and heads the trunk, too.
+  for (const Eigen::Vector2d& to : {Eigen::Vector2d(1.5, 1.5), Eigen::Vector2d(2, 0)}) {
+    planner.landIn(to);
+    sim::State state = model->initialState();
+    state.v[4] = 0.5;
+    world.reset(state);
+    const FlightPlan plan = planner.plan(
+        world.snapshot(), [](auto&) { return 1.3; }, 0);  // when it comes down
+    while (world.snapshot().time() < plan.touch_down.time) {
+      const double since = world.snapshot().time() - FlightPlanner::kLag;
+      const bool swings = since > 0 && since < FlightPlanner::kSwitch;
+      const double s = std::clamp(since / FlightPlanner::kSwitch, 0., 1.);
+      sim::Torque torque{VectorXd::Zero(2)};
+      for (int i = 0; i < 2; ++i) {
+        const sim::Joint& joint = model->joints()[static_cast<size_t>(i)];
+        const double rate = swings ? to[i] / FlightPlanner::kSwitch : 0;
+        torque.tau[joint.motor] = 2000 * (s * to[i] - world.snapshot().q()[joint.q]) +
+                                  60 * (rate - world.snapshot().v()[joint.v]);
+      }
+      world.step(torque);
+    }
+    const sim::Turn turn = sim::Turn::of(world.snapshot().bodyRotation(model->root()));
+    const double rigid = 0.5 * plan.touch_down.time;
+    EXPECT_GT(std::abs(turn.somersault - rigid), 0.2);  // what the arms did
+    EXPECT_NEAR(turn.somersault, plan.touch_down.turn.somersault, 0.04);
+    EXPECT_NEAR(turn.tilt, plan.touch_down.turn.tilt, 0.04);
+    EXPECT_NEAR(turn.heading, plan.touch_down.turn.heading, 0.04);
+  }
 }
 
 }  // namespace

@@ -38,11 +38,14 @@ struct FlightPlan {
 ///     min over poses q and durations Δt of  (θ_T − θ*(v_T, ω_T))² + φ_T²
 ///
 /// θ_T the somersault, φ_T the tilt [ours], which turned() predicts for q taken within kSwitch,
-/// held for Δt, the landing's pose taken within kSwitch and held until the ground comes.
+/// held for Δt, the landing's pose taken within kSwitch and held until the ground comes. What the
+/// changes of pose turn the root by is part of it [ours].
 class FlightPlanner {
  public:
   /// Time in which a pose is taken; so published [s].
   static constexpr double kSwitch = 0.1;
+  /// By which joints follow late [s] [ours]
+  static constexpr double kLag = 0.04;
 
   /// The somersault that is wanted at such a touch-down [rad]; equal modulo 2π.
   using Wanted = std::function<double(const TouchDown&)>;
@@ -62,6 +65,15 @@ class FlightPlanner {
 
  private:
   struct Flight;
+  /// A pose, with what it needs to be changed from or to.
+  struct Shape {
+    VectorXd joints;            // [rad]
+    Matrix3d inertia;           // root's axes
+    Eigen::Matrix3Xd momentum;  // of each joint's motion with the root held, root's axes
+  };
+  Shape shapeOf(const sim::Snapshot& s) const;
+  Shape shapeOf(const VectorXd& joints);
+  PoseChange change(const Shape& from, const Shape& to);
   TouchDown arrive(const Flight& f, const Matrix3d& R) const;
   double height(double somersault);
 
@@ -69,6 +81,9 @@ class FlightPlanner {
   std::vector<FlightPose> poses_;
   sim::World world_;  // scratch
   FlightPose landing_;
+  std::vector<Shape> shapes_;  // of poses_
+  Shape landing_shape_;
+  std::vector<PoseChange> to_landing_;  // from poses_
   std::vector<std::pair<double, double>>
       heights_;  // of the COM in the landing's pose, by somersault
 };

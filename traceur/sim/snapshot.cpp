@@ -221,6 +221,13 @@ void Snapshot::pointJacobian(BodyId body, const Vector3d& p_BP, Eigen::Ref<Matri
   J = rows;
 }
 
+void Snapshot::angularMomentumJacobian(Eigen::Ref<Matrix3Xd> J) const {
+  assert(J.cols() == model_->nv());
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> rows(3, model_->nv());
+  mj_angmomMat(model_->raw(), data_, rows.data(), model_->root().value);
+  J = rows;
+}
+
 void Snapshot::comJacobian(Eigen::Ref<Matrix3Xd> J) const {
   assert(J.cols() == model_->nv());
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> rows(3, model_->nv());

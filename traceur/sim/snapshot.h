@@ -93,6 +93,8 @@ class Snapshot {
   void rotationJacobian(BodyId body, Eigen::Ref<Matrix3Xd> J) const;
   /// Adds Jᵀf of a force on the COM [N] to tau (nv).
   void addComForce(const Vector3d& f, Eigen::Ref<VectorXd> tau) const;
+  /// J with angularMomentum = J·v, (3 x nv).
+  void angularMomentumJacobian(Eigen::Ref<Matrix3Xd> J) const;
   /// J with comVelocity = J·v, (3 x nv).
   void comJacobian(Eigen::Ref<Matrix3Xd> J) const;
 

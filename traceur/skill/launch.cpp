@@ -47,7 +47,7 @@ double LaunchState::landing(const sim::State& state, double wanted) {
   const sim::Matrix3d R = s.bodyRotation(skill_->model->root());
   const sim::Matrix3d inertia = R.transpose() * s.inertia() * R;
   const Vector3d momentum = s.inertia() * spin_.value();
-  const sim::Matrix3d then = flight::turned(R, momentum, inertia, inertia, time);
+  const sim::Matrix3d then = flight::turned(R, momentum, inertia, time);
   return std::remainder(sim::Turn::of(then).somersault - wanted, 2 * std::numbers::pi);
 }
 
