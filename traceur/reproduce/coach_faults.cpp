@@ -22,75 +22,86 @@
 namespace traceur::reproduce {
 namespace {
 
-using coach::Fault;
-
 /// One line of a script, and what it becomes.
 struct PutIn {
-  Fault fault;
+  coach::Fault fault;
   const char* script;
   const char* right;
   const char* wrong;
 };
 constexpr int kOfAKind = 8;
 constexpr std::array<PutIn, 40> kFaults = {{
-    {Fault::kTooWeak, "precision-jump", "SPEED near [1.2,2.4,0.0]", "SPEED near [0.15,0.3,0.0]"},
-    {Fault::kTooWeak, "precision-jump", "SLOWDOWN 20%", "SLOWDOWN 90%"},
-    {Fault::kTooWeak, "turnaround-jump", "SPEED NEAR [0,2.2,0]", "SPEED NEAR [0,0.5,0]"},
-    {Fault::kTooWeak, "half-turn-jump", "SPEED NEAR [0.01,2.63,-0.00]", "SPEED NEAR [0,0.8,0]"},
-    {Fault::kTooWeak, "monkey-vault", "SPEED NEAR [1.59,1.86,0]", "SPEED NEAR [0.8,1.0,0]"},
-    {Fault::kTooWeak, "wall-backflip", "SPEED NEAR [-0.81,1.63,0]", "SPEED NEAR [-0.3,0.4,0]"},
-    {Fault::kTooWeak, "drop-and-roll", "SPEED NEAR [1.37,0.84,0]", "SPEED NEAR [0.5,0.5,0]"},
-    {Fault::kTooWeak, "wall-backflip", "SPEED NEAR [0.41,3.07,0]", "SPEED NEAR [0.3,2.0,0]"},
-    {Fault::kTooLate, "precision-jump", "POSE lean, shoulders 70deg",
+    {coach::Fault::kTooWeak, "precision-jump", "SPEED near [1.2,2.4,0.0]",
+     "SPEED near [0.15,0.3,0.0]"},
+    {coach::Fault::kTooWeak, "precision-jump", "SLOWDOWN 20%", "SLOWDOWN 90%"},
+    {coach::Fault::kTooWeak, "turnaround-jump", "SPEED NEAR [0,2.2,0]", "SPEED NEAR [0,0.5,0]"},
+    {coach::Fault::kTooWeak, "half-turn-jump", "SPEED NEAR [0.01,2.63,-0.00]",
+     "SPEED NEAR [0,0.8,0]"},
+    {coach::Fault::kTooWeak, "monkey-vault", "SPEED NEAR [1.59,1.86,0]", "SPEED NEAR [0.8,1.0,0]"},
+    {coach::Fault::kTooWeak, "wall-backflip", "SPEED NEAR [-0.81,1.63,0]",
+     "SPEED NEAR [-0.3,0.4,0]"},
+    {coach::Fault::kTooWeak, "drop-and-roll", "SPEED NEAR [1.37,0.84,0]", "SPEED NEAR [0.5,0.5,0]"},
+    {coach::Fault::kTooWeak, "wall-backflip", "SPEED NEAR [0.41,3.07,0]", "SPEED NEAR [0.3,2.0,0]"},
+    {coach::Fault::kTooLate, "precision-jump", "POSE lean, shoulders 70deg",
      "POSE lean, shoulders 70deg\n  UNTIL COM leads BY 0.4 m"},
-    {Fault::kTooLate, "precision-jump", "POSE lean, shoulders 70deg",
+    {coach::Fault::kTooLate, "precision-jump", "POSE lean, shoulders 70deg",
      "POSE lean, shoulders 70deg\n  UNTIL 1.2 s"},
-    {Fault::kTooLate, "turnaround-jump", "UNTIL COM leads BY 0.03 m", "UNTIL COM leads BY 0.4 m"},
-    {Fault::kTooLate, "half-turn-jump", "UNTIL 0.31 s", "UNTIL COM leads BY 0.4 m"},
-    {Fault::kTooLate, "monkey-vault", "POSE tuck IN 0.09 s, hips 51deg",
+    {coach::Fault::kTooLate, "turnaround-jump", "UNTIL COM leads BY 0.03 m",
+     "UNTIL COM leads BY 0.4 m"},
+    {coach::Fault::kTooLate, "half-turn-jump", "UNTIL 0.31 s", "UNTIL COM leads BY 0.4 m"},
+    {coach::Fault::kTooLate, "monkey-vault", "POSE tuck IN 0.09 s, hips 51deg",
      "POSE tuck IN 0.9 s, hips 51deg"},
-    {Fault::kTooLate, "drop-and-roll", "UNTIL root turns BY 58 deg", "UNTIL root turns BY 130 deg"},
-    {Fault::kTooLate, "wall-backflip", "POSE tuck IN 0.05 s", "POSE tuck IN 0.8 s"},
-    {Fault::kTooLate, "wall-backflip", "UNTIL root turns BY 276 deg",
+    {coach::Fault::kTooLate, "drop-and-roll", "UNTIL root turns BY 58 deg",
+     "UNTIL root turns BY 130 deg"},
+    {coach::Fault::kTooLate, "wall-backflip", "POSE tuck IN 0.05 s", "POSE tuck IN 0.8 s"},
+    {coach::Fault::kTooLate, "wall-backflip", "UNTIL root turns BY 276 deg",
      "UNTIL root turns BY 350 deg"},
-    {Fault::kSlips, "precision-jump", "Start: stand", "Start: stand\nScene: floor friction 0.1"},
-    {Fault::kSlips, "turnaround-jump", "Start: stand", "Start: stand\nScene: floor friction 0.15"},
-    {Fault::kSlips, "half-turn-jump", "Start: stand", "Start: stand\nScene: floor friction 0.2"},
-    {Fault::kSlips, "monkey-vault", "Scene: box", "Scene: floor friction 0.25; box"},
-    {Fault::kSlips, "drop-and-roll", "Start: stand", "Start: stand\nScene: floor friction 0.2"},
-    {Fault::kSlips, "wall-backflip", "Scene: wall", "Scene: floor friction 0.12; wall"},
-    {Fault::kSlips, "turnaround-jump", "Start: stand", "Start: stand\nScene: floor friction 0.08"},
-    {Fault::kSlips, "half-turn-jump", "Start: stand", "Start: stand\nScene: floor friction 0.1"},
-    {Fault::kOutOfReach, "precision-jump", "SPEED near [1.2,2.4,0.0]", "SPEED near [4.8,9.6,0.0]"},
-    {Fault::kOutOfReach, "drop-and-roll", "spin about z LESS THAN -2.88",
+    {coach::Fault::kSlips, "precision-jump", "Start: stand",
+     "Start: stand\nScene: floor friction 0.1"},
+    {coach::Fault::kSlips, "turnaround-jump", "Start: stand",
+     "Start: stand\nScene: floor friction 0.15"},
+    {coach::Fault::kSlips, "half-turn-jump", "Start: stand",
+     "Start: stand\nScene: floor friction 0.2"},
+    {coach::Fault::kSlips, "monkey-vault", "Scene: box", "Scene: floor friction 0.25; box"},
+    {coach::Fault::kSlips, "drop-and-roll", "Start: stand",
+     "Start: stand\nScene: floor friction 0.2"},
+    {coach::Fault::kSlips, "wall-backflip", "Scene: wall", "Scene: floor friction 0.12; wall"},
+    {coach::Fault::kSlips, "turnaround-jump", "Start: stand",
+     "Start: stand\nScene: floor friction 0.08"},
+    {coach::Fault::kSlips, "half-turn-jump", "Start: stand",
+     "Start: stand\nScene: floor friction 0.1"},
+    {coach::Fault::kOutOfReach, "precision-jump", "SPEED near [1.2,2.4,0.0]",
+     "SPEED near [4.8,9.6,0.0]"},
+    {coach::Fault::kOutOfReach, "drop-and-roll", "spin about z LESS THAN -2.88",
      "spin about z LESS THAN -12"},
-    {Fault::kOutOfReach, "turnaround-jump", "spin about y GREATER THAN 1.5",
+    {coach::Fault::kOutOfReach, "turnaround-jump", "spin about y GREATER THAN 1.5",
      "spin about y GREATER THAN 12"},
-    {Fault::kOutOfReach, "half-turn-jump", "PLACE COM NEAR [0.024,0.775,0]",
+    {coach::Fault::kOutOfReach, "half-turn-jump", "PLACE COM NEAR [0.024,0.775,0]",
      "PLACE COM NEAR [0.6,0.775,0]"},
-    {Fault::kOutOfReach, "monkey-vault", "at [0.725, 0.275, 0]", "at [1.6, 0.275, 0]"},
-    {Fault::kOutOfReach, "monkey-vault", "spin about z LESS THAN -0.72",
+    {coach::Fault::kOutOfReach, "monkey-vault", "at [0.725, 0.275, 0]", "at [1.6, 0.275, 0]"},
+    {coach::Fault::kOutOfReach, "monkey-vault", "spin about z LESS THAN -0.72",
      "spin about z LESS THAN -9"},
-    {Fault::kOutOfReach, "drop-and-roll", "UNTIL COM leads BY 0.29 m", "UNTIL COM leads BY 0.8 m"},
-    {Fault::kOutOfReach, "wall-backflip", "at [0.85, 0, 0]", "at [2.2, 0, 0]"},
-    {Fault::kContradiction, "precision-jump", "head IN FRONT OF root",
+    {coach::Fault::kOutOfReach, "drop-and-roll", "UNTIL COM leads BY 0.29 m",
+     "UNTIL COM leads BY 0.8 m"},
+    {coach::Fault::kOutOfReach, "wall-backflip", "at [0.85, 0, 0]", "at [2.2, 0, 0]"},
+    {coach::Fault::kContradiction, "precision-jump", "head IN FRONT OF root",
      "head IN FRONT OF root\n  head BEHIND root"},
-    {Fault::kContradiction, "precision-jump", "spin about z FORWARD",
+    {coach::Fault::kContradiction, "precision-jump", "spin about z FORWARD",
      "spin about z FORWARD\n  spin about z GREATER THAN 1"},
-    {Fault::kContradiction, "turnaround-jump", "spin about y GREATER THAN 1.5",
+    {coach::Fault::kContradiction, "turnaround-jump", "spin about y GREATER THAN 1.5",
      "spin about y GREATER THAN 1.5\n  spin about y LESS THAN -1"},
-    {Fault::kContradiction, "half-turn-jump", "BALANCE", "BALANCE\n  SPEED NEAR [2,0,0]"},
-    {Fault::kContradiction, "monkey-vault", "head IN FRONT OF root",
+    {coach::Fault::kContradiction, "half-turn-jump", "BALANCE", "BALANCE\n  SPEED NEAR [2,0,0]"},
+    {coach::Fault::kContradiction, "monkey-vault", "head IN FRONT OF root",
      "head IN FRONT OF root\n  head BEHIND root"},
-    {Fault::kContradiction, "monkey-vault", "spin about z LESS THAN -0.72",
+    {coach::Fault::kContradiction, "monkey-vault", "spin about z LESS THAN -0.72",
      "spin about z LESS THAN -0.72\n  spin about z GREATER THAN 1"},
-    {Fault::kContradiction, "drop-and-roll", "spin about z LESS THAN -2.88",
+    {coach::Fault::kContradiction, "drop-and-roll", "spin about z LESS THAN -2.88",
      "spin about z LESS THAN -2.88\n  spin about z GREATER THAN 1"},
-    {Fault::kContradiction, "wall-backflip", "head IN FRONT OF root",
+    {coach::Fault::kContradiction, "wall-backflip", "head IN FRONT OF root",
      "head IN FRONT OF root\n  head BEHIND root"},
 }};
-constexpr std::array kKinds = {Fault::kTooWeak, Fault::kTooLate, Fault::kSlips, Fault::kOutOfReach,
-                               Fault::kContradiction};
+constexpr std::array kKinds = {coach::Fault::kTooWeak, coach::Fault::kTooLate, coach::Fault::kSlips,
+                               coach::Fault::kOutOfReach, coach::Fault::kContradiction};
 static_assert(kFaults.size() == kOfAKind * kKinds.size());
 
 /// Of the coach, and of those who are told what the coach found.
@@ -132,7 +143,7 @@ double shareOf(const coach::Script& script, const std::stop_token& stop) {
 /// What the coach is told of a script that is not learned.
 struct Advice {
   bool failed = false;
-  Fault named = Fault::kUnknown;
+  coach::Fault named = coach::Fault::kUnknown;
   std::vector<coach::Remedy> helps;  ///< one, or none
 };
 Advice adviceOn(const PutIn& f, const std::stop_token& stop) {
@@ -145,7 +156,7 @@ Advice adviceOn(const PutIn& f, const std::stop_token& stop) {
   const auto helps = coach::whatHelps(script, folder.path(), w, options, kTries);
   Advice a{.failed = true, .named = w.seen, .helps = {}};
   if (helps) a.helps.push_back(helps->remedy);
-  if (helps && a.named == Fault::kUnknown) a.named = helps->remedy.against;
+  if (helps && a.named == coach::Fault::kUnknown) a.named = helps->remedy.against;
   return a;
 }
 /// Two columns are about one piece of advice, which takes a minute: the first to ask makes it.
@@ -172,7 +183,7 @@ Advice adviceOnce(size_t fault, const std::stop_token& stop) {
   return advice.get();
 }
 
-std::string prints() {
+std::string faultyScripts() {
   Hash hash;
   std::string scripts;
   for (const PutIn& f : kFaults) hash.add(scriptOf(f).text);
@@ -199,13 +210,13 @@ Table coachFaults() {
       "against, is what was put in. Advised: the share of the five who learn the script with those "
       "words. "
       "Missed: the seed that asks does learn it, or nothing that was tried helps.";
-  for (const Fault kind : kKinds) {
+  for (const coach::Fault kind : kKinds) {
     t.rows.push_back({std::string(coach::nameOf(kind)), "", "share"});
   }
   for (const char* column : {"as it is", "named", "advised"}) {
     t.columns.push_back({column, 1, kOfAKind, {}});
   }
-  t.made_with = prints;
+  t.made_with = faultyScripts;
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) -> Outcome {
     const size_t fault = static_cast<size_t>(row) * kOfAKind + (seed - 1) % kOfAKind;
     const PutIn& f = kFaults[fault];
