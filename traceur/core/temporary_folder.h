@@ -8,8 +8,8 @@
 
 namespace traceur {
 
-/// A new folder under the system's temporary one, which nobody else has; removed with all that is in
-/// it.
+/// A new folder under the system's temporary one, which nobody else has; removed with all that is
+/// in it.
 class TemporaryFolder {
  public:
   /// @throws std::runtime_error when none can be made

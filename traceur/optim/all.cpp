@@ -42,6 +42,13 @@ const std::vector<OptimizerEntry>& allOptimizers() {
          return std::make_unique<CmaC>(cmaCOptions(problem, common));
        },
        .learns_from_experience = true},
+      {.name = "cma-c-gp",
+       .help = "cma-c that also learns the cost and tries what promises most: for dear trials.",
+       .make = [](const Problem& problem,
+                  const CommonOptions& common) -> std::unique_ptr<Optimizer> {
+         return std::make_unique<CmaC>(modelCmaC(cmaCOptions(problem, common)));
+       },
+       .learns_from_experience = true},
       {.name = "one-plus-one",
        .help = "(1+1)-CMA-ES: one trial at a time; strong where constraints meet in a corner.",
        .make = [](const Problem& problem,

@@ -52,6 +52,13 @@ CmaCOptions complete(CmaCOptions o) {
   checkCount("restarts", o.restarts, 0);
   if (!(o.collapsed >= 0)) refuse(kCmaC, "expected collapsed ≥ 0, got {}", o.collapsed);
   checkCount("tours", o.tours, 0);
+  checkCount("choices", o.choices, 1);
+  checkPositive("model_width", o.model_width);
+  checkPositive("model_noise", o.model_noise);
+  if (!(o.model_caution >= 0 && std::isfinite(o.model_caution))) {
+    refuse(kCmaC, "expected a finite model_caution ≥ 0, got {}", o.model_caution);
+  }
+  checkCount("model_points", o.model_points, 1);
   for (size_t i = 0; i < o.experience.size(); ++i) {
     const Trial& trial = o.experience[i];
     if (trial.x.size() != n) {
@@ -89,6 +96,11 @@ CmaCOptions dissertationCmaC(CmaEsOptions cma, int constraints) {
           .restarts = 0};
 }
 
+CmaCOptions modelCmaC(CmaCOptions options) {
+  options.choices = 10;
+  return options;
+}
+
 CmaC::CmaC(CmaCOptions options)
     : options_(complete(std::move(options))), cma_(makeDescent(0)), told_(cma_->options().lambda) {
   const CmaEsOptions& o = cma_->options();
@@ -106,6 +118,8 @@ std::unique_ptr<CmaEs> CmaC::makeDescent(std::uint64_t descent) const {
   if (options_.constraints > 0) {
     o.acceptance = [this](int, const VectorXd& x) { return acceptance(x); };
   }
+  o.choices = options_.choices;
+  if (o.choices > 1) o.promise = [this](int, const VectorXd& x) { return promise(x); };
   if (descent > 0) {
     Random random(o.seed, kDescentStream, descent);
     for (int i = 0; i < o.x0.size(); ++i) {
@@ -134,8 +148,8 @@ std::vector<CmaC::Label> CmaC::labelsOf(const Evaluation& evaluation) const {
 }
 
 void CmaC::addKnown(Labelled trial) {
-  const bool useful = std::any_of(trial.labels.begin(), trial.labels.end(),
-                                  [](Label label) { return label != kUnknown; });
+  const bool useful = trial.cost || std::any_of(trial.labels.begin(), trial.labels.end(),
+                                                [](Label label) { return label != kUnknown; });
   if (!useful) return;
   s_.known.push_back(std::move(trial));
   if (s_.known.size() > kMostKnown) s_.known.erase(s_.known.begin());
@@ -176,13 +190,14 @@ VectorXd CmaC::inMetric(const VectorXd& x) const {
 
 void CmaC::prepare() {
   if (prepared_) return;
-  if (options_.constraints > 0) {
+  if (options_.constraints > 0 || options_.choices > 1) {
     setMetric();
     MatrixXd Z(dimension(), s_.known.size());
     for (size_t i = 0; i < s_.known.size(); ++i) {
       Z.col(static_cast<Eigen::Index>(i)) = inMetric(s_.known[i].x);
     }
     for (int j = 0; j < options_.constraints; ++j) train(j, Z);
+    if (options_.choices > 1) trainModel(Z);
   }
   x_.assign(told_.size(), {});
   const std::uint64_t first = cma_->state().generation * told_.size();
@@ -237,6 +252,34 @@ void CmaC::train(int constraint, const MatrixXd& Z) {
   svm_[constraint].emplace(X, inside, svm);
 }
 
+void CmaC::trainModel(const MatrixXd& Z) {
+  model_.reset();
+  std::vector<std::pair<double, int>> all;
+  for (size_t i = 0; i < s_.known.size(); ++i) {
+    const auto k = static_cast<int>(i);
+    const double distance = Z.col(k).squaredNorm();
+    if (s_.known[i].cost && distance < kFarthest) all.emplace_back(distance, k);
+  }
+  if (static_cast<int>(all.size()) <= dimension()) return;  // not even a slope can be told
+  std::sort(all.begin(), all.end());
+  if (all.size() > static_cast<size_t>(options_.model_points)) all.resize(options_.model_points);
+  MatrixXd X(dimension(), all.size());
+  std::vector<double> costs(all.size());
+  for (size_t i = 0; i < all.size(); ++i) {
+    X.col(static_cast<Eigen::Index>(i)) = Z.col(all[i].second);
+    costs[i] = *s_.known[all[i].second].cost;
+  }
+  model_.emplace(std::move(X), costs,
+                 CostModelOptions{.width = options_.model_width * std::sqrt(dimension()),
+                                  .noise = options_.model_noise});
+}
+
+double CmaC::promise(const VectorXd& x) const {
+  if (!model_) return 0;  // the first draw is as good as any
+  const CostModel::Prediction p = model_->predict(inMetric(x));
+  return p.mean - options_.model_caution * p.deviation;
+}
+
 std::vector<Candidate> CmaC::ask() {
   prepare();
   std::vector<Candidate> candidates;
@@ -261,6 +304,9 @@ void CmaC::tell(std::uint64_t id, const Evaluation& evaluation) {
   }
   prepare();
   told_[k] = Labelled{x_[k], labelsOf(evaluation)};
+  const bool by_cost =
+      options_.cma.feasible_first ? evaluation.feasible() : evaluation.meaningful();
+  if (options_.choices > 1 && by_cost) told_[k]->cost = evaluation.cost;
   const bool feasible = evaluation.feasible();
   if (s_.generation == 0 && k == 0) s_.exploring = !feasible;
   s_.told_feasible = s_.told_feasible || feasible;
@@ -360,6 +406,10 @@ std::uint64_t CmaC::fingerprint() const {
         o.neighbours, o.most_points, o.restarts, o.tours, o.cma.max_draws}) {
     w.integer(v);
   }
+  if (o.choices > 1) {
+    for (const double v : {o.model_width, o.model_noise, o.model_caution}) w.real(v);
+    for (const int v : {o.choices, o.model_points}) w.integer(v);
+  }
   for (const Trial& trial : o.experience) {
     w.reals({trial.x.data(), static_cast<size_t>(trial.x.size())});
     for (const Label label : labelsOf(trial.evaluation)) w.integer(label);
@@ -386,6 +436,7 @@ void CmaC::trialField(IO& io, Trial& trial) const {
       io.fail(fmt::format("a trial has {} labels", trial.labels.size()));
     }
   }
+  if (options_.choices > 1) io.optional(trial.cost, [&](auto& cost) { io.finite(cost); });
 }
 
 template <class IO, class Fields, class Trials>

@@ -149,6 +149,47 @@ TEST(CmaC, AKernelBeyondNumbersIsNone) {
   }
 }
 
+/// Of ten draws it tries the one that promises most, once n + 1 costs are known, and all of the
+/// generation's draws pass the classifiers.
+TEST(CmaC, AModelChoosesAmongDraws) {
+  const auto slope = [](const VectorXd& x) {
+    return Evaluation{.cost = x[0] + x[1], .violated = {false}};
+  };
+  double ahead = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const CmaCOptions o{.cma = {.x0 = VectorXd::Zero(2), .lambda = 8, .seed = seed},
+                        .constraints = 1};
+    CmaC without(o);
+    CmaC with(modelCmaC(o));
+    const auto first = without.ask();
+    for (size_t k = 0; k < first.size(); ++k) EXPECT_EQ(with.ask()[k].x, first[k].x);
+    step(without, slope);
+    step(with, slope);
+    EXPECT_EQ(with.cma().mean(), without.cma().mean());
+    for (const Candidate& c : without.ask()) ahead += c.x.sum() / 160;
+    for (const Candidate& c : with.ask()) ahead -= c.x.sum() / 160;
+  }
+  // The expected least of ten standard normal numbers is -1.54, and σ of x_1 + x_2 is √2 σ: 0.65.
+  EXPECT_GT(ahead, 0.3);
+}
+
+/// Costs of infeasible trials teach nothing where they do not rank against those of feasible ones.
+TEST(CmaC, AModelLearnsFromTheCostsThatRank) {
+  for (const bool feasible_first : {true, false}) {
+    const CmaCOptions o{
+        .cma = {.x0 = VectorXd::Zero(2), .lambda = 8, .feasible_first = feasible_first},
+        .constraints = 1};
+    CmaC without(o);
+    CmaC with(modelCmaC(o));
+    for (CmaC* c : {&without, &with}) {
+      step(*c, [](const VectorXd& x) { return Evaluation{.cost = x[0], .violated = {true}}; });
+    }
+    double apart = 0;
+    for (size_t k = 0; k < 8; ++k) apart += (with.ask()[k].x - without.ask()[k].x).norm();
+    EXPECT_EQ(apart == 0, feasible_first);
+  }
+}
+
 TEST(CmaC, OptionsEndWhereTheySay) {
   using Change = std::function<void(CmaCOptions&)>;
   const auto made = [](const Change& change) {
@@ -166,7 +207,8 @@ TEST(CmaC, OptionsEndWhereTheySay) {
       [](auto& o) { o.least_labels = 1; },    [](auto& o) { o.neighbours = 0; },
       [](auto& o) { o.most_points = 0; },     [](auto& o) { o.least_agreement = 0; },
       [](auto& o) { o.least_agreement = 1; }, [](auto& o) { o.restarts = 0; },
-      [](auto& o) { o.collapsed = 0; },       [](auto& o) { o.tours = 0; }};
+      [](auto& o) { o.collapsed = 0; },       [](auto& o) { o.tours = 0; },
+      [](auto& o) { o.choices = 1; },         [](auto& o) { o.model_caution = 0; }};
   for (size_t i = 0; i < last.size(); ++i) EXPECT_NO_THROW(made(last[i])) << i;
   const std::vector<Change> beyond = {[](auto& o) { o.least_labels = 0; },
                                       [](auto& o) { o.neighbours = -1; },
@@ -181,7 +223,13 @@ TEST(CmaC, OptionsEndWhereTheySay) {
                                       [](auto& o) { o.alpha = INFINITY; },
                                       [](auto& o) { o.wide_C = 0; },
                                       [](auto& o) { o.near_width = 0; },
-                                      [](auto& o) { o.near_C = 0; }};
+                                      [](auto& o) { o.near_C = 0; },
+                                      [](auto& o) { o.choices = 0; },
+                                      [](auto& o) { o.model_width = 0; },
+                                      [](auto& o) { o.model_noise = 0; },
+                                      [](auto& o) { o.model_caution = -0.01; },
+                                      [](auto& o) { o.model_caution = INFINITY; },
+                                      [](auto& o) { o.model_points = 0; }};
   for (size_t i = 0; i < beyond.size(); ++i) EXPECT_THROW(made(beyond[i]), InputError) << i;
 }
 

@@ -49,6 +49,7 @@ CmaEsOptions complete(CmaEsOptions o) {
            o.lambda);
   }
   if (o.hold_feasible && !o.feasible_first) refuse(kCmaEs, "hold_feasible needs feasible_first");
+  if (o.choices < 1) refuse(kCmaEs, "expected choices ≥ 1, got {}", o.choices);
   if (o.max_draws < 1) refuse(kCmaEs, "expected max_draws ≥ 1, got {}", o.max_draws);
 
   CmaTermination& t = o.termination;
@@ -101,6 +102,7 @@ CmaEs::CmaEs(CmaEsOptions options)
       stretched_(dimension()),
       narrowing_(dimension()),
       likeliest_(3 * dimension()),
+      chosen_(3 * dimension()),
       eigen_(dimension()) {
   const int n = dimension();
   state_.mean.resize(n);
@@ -145,37 +147,58 @@ void CmaEs::drawSamples() {
   refused_now_ = 0;
   for (int k = 0; k < constants_.lambda; ++k) {
     Random random(options_.seed, state_.generation, k);
-    auto z = Z_.col(k);
-    auto y = Y_.col(k);
-    auto x = X_.col(k);
-    double best = -1;
-    for (int draw = 1;; ++draw) {
-      const bool start = options_.try_start && state_.generation == 0 && k == 0;
-      for (int i = 0; i < n; ++i) z[i] = start ? 0 : random.normal();
-      step_ = state_.D.cwiseProduct(z);
-      y.noalias() = state_.B * step_;
-      const auto step = stretched(y);
-      for (int i = 0; i < n; ++i) {
-        x[i] = bounds_.fold(i, state_.mean[i] + state_.sigma * options_.scale[i] * step[i]);
+    draw(k, random);
+    const bool start = options_.try_start && state_.generation == 0 && k == 0;
+    if (!options_.promise || options_.choices == 1 || start) continue;
+    double least = options_.promise(k, X_.col(k));
+    for (int choice = 1; choice < options_.choices; ++choice) {
+      chosen_ << Z_.col(k), Y_.col(k), X_.col(k);
+      draw(k, random);
+      const double cost = options_.promise(k, X_.col(k));
+      if (cost < least) {
+        least = cost;
+        continue;
       }
-      if (!options_.acceptance || start) break;
-      const double p = options_.acceptance(k, x);
-      if (p >= 1 || random.uniform() < p) break;
-      ++refused_now_;
-      if (p > best) {
-        best = p;
-        likeliest_ << z, y, x;
-      }
-      if (draw < options_.max_draws) continue;
-      if (options_.likeliest) {
-        z = likeliest_.head(n);
-        y = likeliest_.segment(n, n);
-        x = likeliest_.tail(n);
-      }
-      break;
+      Z_.col(k) = chosen_.head(n);
+      Y_.col(k) = chosen_.segment(n, n);
+      X_.col(k) = chosen_.tail(n);
     }
   }
   drawn_ = true;
+}
+
+/// Candidate k: a draw that is accepted, or the best of max_draws that are not.
+void CmaEs::draw(int k, Random& random) {
+  const int n = dimension();
+  auto z = Z_.col(k);
+  auto y = Y_.col(k);
+  auto x = X_.col(k);
+  double best = -1;
+  for (int draw = 1;; ++draw) {
+    const bool start = options_.try_start && state_.generation == 0 && k == 0;
+    for (int i = 0; i < n; ++i) z[i] = start ? 0 : random.normal();
+    step_ = state_.D.cwiseProduct(z);
+    y.noalias() = state_.B * step_;
+    const auto step = stretched(y);
+    for (int i = 0; i < n; ++i) {
+      x[i] = bounds_.fold(i, state_.mean[i] + state_.sigma * options_.scale[i] * step[i]);
+    }
+    if (!options_.acceptance || start) return;
+    const double p = options_.acceptance(k, x);
+    if (p >= 1 || random.uniform() < p) return;
+    ++refused_now_;
+    if (p > best) {
+      best = p;
+      likeliest_ << z, y, x;
+    }
+    if (draw < options_.max_draws) continue;
+    if (options_.likeliest) {
+      z = likeliest_.head(n);
+      y = likeliest_.segment(n, n);
+      x = likeliest_.tail(n);
+    }
+    return;
+  }
 }
 
 void CmaEs::tell(std::uint64_t id, const Evaluation& evaluation) {

@@ -8,6 +8,10 @@
 #include "traceur/optim/optimizer.h"
 #include "traceur/optim/symmetric_eigen.h"
 
+namespace traceur {
+class Random;
+}
+
 namespace traceur::optim {
 
 using Eigen::MatrixXd;
@@ -75,6 +79,9 @@ struct CmaEsOptions {
   std::function<double(int k, const VectorXd& x)> acceptance = {};
   int max_draws = 100;    ///< after so many refused draws one of them is taken all the same
   bool likeliest = true;  ///< the likeliest of them; false: the last
+  /// What a trial at x promises to cost, on any scale; asked as acceptance is. Empty: not known.
+  std::function<double(int k, const VectorXd& x)> promise = {};
+  int choices = 1;  ///< of so many draws the one that promises to cost least becomes a candidate
 };
 
 /// Everything CMA-ES remembers from one generation to the next. C, B, D and the paths are in the
@@ -191,6 +198,7 @@ class CmaEs : public Optimizer {
   int dimension() const { return static_cast<int>(options_.x0.size()); }
   std::uint64_t fingerprint() const;
   void drawSamples();
+  void draw(int k, Random& random);
   void update();
   void takeHeld();
   void hold();
@@ -229,6 +237,7 @@ class CmaEs : public Optimizer {
   VectorXd stretched_;             // (n)
   VectorXd narrowing_;             // (n) factors of the box's
   VectorXd likeliest_;             // (3n) z, y, x of the likeliest refused draw
+  VectorXd chosen_;                // (3n) likewise of the most promising draw
   std::uint64_t refused_now_ = 0;  // draws refused for the current generation
   SymmetricEigen eigen_;
 };

@@ -776,6 +776,7 @@ TEST(CmaEs, RefusesWrongOptionsWithOneClearMessage) {
             "cma-es: expected lambda in [2, 1000000], or 0 for the default, got -4");
   EXPECT_EQ(message({.x0 = x0, .feasible_first = false, .hold_feasible = true}),
             "cma-es: hold_feasible needs feasible_first");
+  EXPECT_EQ(message({.x0 = x0, .choices = 0}), "cma-es: expected choices ≥ 1, got 0");
   EXPECT_EQ(message({.x0 = x0, .max_draws = 0}), "cma-es: expected max_draws ≥ 1, got 0");
   EXPECT_EQ(message({.x0 = x0, .termination = {.tolx = NAN}}),
             "cma-es: expected tolx ≥ 0, got nan");

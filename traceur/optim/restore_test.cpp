@@ -866,6 +866,33 @@ TEST(Restore, OfCmaCNeedsEqualOptions) {
                             .experience = {{VectorXd::Ones(2), {.cost = 1, .violated = {false}}}}};
   expectOptionsMatter<CmaCOptions>(
       options, [](const auto& o) { return std::make_unique<CmaC>(o); }, changes);
+  const std::vector<Change> model_changes = {
+      [](auto& o) { o.choices = 1; },       [](auto& o) { o.choices = 3; },
+      [](auto& o) { o.model_width = 3; },   [](auto& o) { o.model_noise = 0.5; },
+      [](auto& o) { o.model_caution = 0; }, [](auto& o) { o.model_points = 9; }};
+  expectOptionsMatter<CmaCOptions>(
+      modelCmaC(options), [](const auto& o) { return std::make_unique<CmaC>(o); }, model_changes);
+}
+
+/// The costs that a model learns from are in the state, and must be finite.
+TEST(Restore, OfCmaCWithAModelBelievesNoCost) {
+  const CmaCOptions o = modelCmaC({.cma = {.x0 = VectorXd::Zero(2), .lambda = 4}});
+  CmaC c(o);
+  for (const Candidate& candidate : c.ask()) c.tell(candidate.id, {.cost = 1});
+  Walk w(maker<CmaC>(o), c.save());
+  w.next(3 + 8);  // n, λ, options; generation to exploring
+  w.next(3);      // toured, best_descent, best_cost
+  w.text();       // best
+  w.next();       // γ: none
+  ASSERT_EQ(w.word(), 4u);
+  w.integer(0, 4000);
+  for (int k = 0; k < 4; ++k) {
+    w.finite(2);
+    w.text();  // labels: none
+    EXPECT_EQ(w.word(), 1u);
+    w.boolean();
+    w.finite();
+  }
 }
 
 }  // namespace

@@ -76,6 +76,10 @@ constexpr std::array kSearches = {
              return optim::findOptimizer("cma-c").make(p, o);
            }},
     Search{"random", true, nullptr},
+    Search{"CMA-C with a cost model", true,
+           [](const optim::Problem& p, const optim::CommonOptions& o) {
+             return optim::findOptimizer("cma-c-gp").make(p, o);
+           }},
 };
 
 /// Of the box, evenly.
@@ -139,7 +143,8 @@ Table jumpPhases() {
   t.columns[2].printed = t.columns[3].printed = {23.75, 77.5, 22.5};
   t.ratios = {{"CMA-ES / CMA-C 2015", 0, 2},
               {"CMA-ES / CMA-C", 0, 3},
-              {"CMA-ES feasible first / CMA-C", 1, 3}};
+              {"CMA-ES feasible first / CMA-C", 1, 3},
+              {"CMA-ES / CMA-C with a cost model", 0, 5}};
   t.made_with = phasePrints;
   t.run = [](int row, int column, std::uint64_t seed, const std::stop_token& stop) {
     return searched(motionOf(row), kSearches[static_cast<size_t>(column)], seed, stop);
