@@ -1010,6 +1010,29 @@ TEST(Why, KnowsWhatHelpsByTrying) {
   EXPECT_FALSE(whatHelps(script, folder / "l", why(script, lesson), o, 1));
 }
 
+/// What is advised may be impossible: a box that is moved nearer ends up in the robot.
+TEST(Why, WhatCannotBeDoneDoesNotHelp) {
+  const TestFolder folder;
+  const Script script = athlete(
+      "Scene: box it size [0.4, 0.5, 0.4] at [1.6, 0.25, 0]\n"
+      "Leaning: POSE lean; UNTIL 0.1 s\n"
+      "Leaning 2: POSE crouch; UNTIL 0.4 s; head BEHIND root; head IN FRONT OF root");
+  const LessonOptions o{.budget = 8, .threads = 2};
+  Why w = why(script, practise(script, folder / "l", o));
+  ASSERT_GT(w.remedies.size(), 1U);
+  const Remedy left_out = w.remedies[1];  // "head BEHIND root"
+  Remedy nearer = left_out;
+  nearer.instead_of = script.scene.front();
+  nearer.say = "box it size [0.4, 0.5, 0.4] at [0.1, 0.25, 0]";
+  nearer.phase = "scene";
+  nearer.from = 0;
+  EXPECT_THROW(practise(withRemedy(script, nearer), folder / "m", o), InputError);
+  w.remedies = {nearer};
+  EXPECT_FALSE(whatHelps(script, folder / "l", w, o, 16));
+  w.remedies = {nearer, left_out};
+  EXPECT_TRUE(whatHelps(script, folder / "l", w, o, 16));
+}
+
 /// Who pushes off on ice slides.
 TEST(Why, ASlideIsMeasured) {
   const auto slid = [](const std::string& scene) {
