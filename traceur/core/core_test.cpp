@@ -15,6 +15,7 @@
 #include "traceur/core/error.h"
 #include "traceur/core/file_lock.h"
 #include "traceur/core/hash.h"
+#include "traceur/core/lender.h"
 #include "traceur/core/pending_file.h"
 #include "traceur/core/random.h"
 #include "traceur/core/run_file.h"
@@ -160,6 +161,23 @@ TEST(Random, BelowAnyNumberIsFair) {
     EXPECT_EQ(random.below(n), b);
   }
   EXPECT_NEAR(again, 200 / 3.0, 45);  // a quarter of all
+}
+
+TEST(Lender, MakesAsManyAsAreInUseAtOnce) {
+  int made = 0;
+  Lender<int> lender([&] { return std::make_unique<int>(++made); });
+  EXPECT_EQ(lender.with([](int& i) { return i; }), 1);
+  lender.with([](int& i) { i = 7; });
+  EXPECT_EQ(lender.with([](int i) { return i; }), 7) << "the same one, as it was left";
+  lender.with([&](int outer) {
+    EXPECT_EQ(outer, 7);
+    lender.with([&](int inner) { EXPECT_EQ(inner, 2); });
+  });
+  EXPECT_EQ(made, 2);
+  EXPECT_THROW(lender.with([](int) { throw InputError("no"); }), InputError);
+  EXPECT_EQ(made, 2);
+  lender.with([&](int) { lender.with([](int) {}); });
+  EXPECT_EQ(made, 3) << "one was lost to what threw";
 }
 
 TEST(ThreadPool, RunsEachIndexOnce) {

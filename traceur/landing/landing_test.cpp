@@ -187,17 +187,6 @@ TEST(Landing, HandsFirstRollsAndMostlyStands) {
   EXPECT_GE(stand, 5);   // 85
 }
 
-VectorXd given(const skill::Skill& skill,
-               const std::vector<std::pair<std::string, double>>& numbers) {
-  VectorXd x = skill.initialConditions();
-  for (const auto& [name, value] : numbers) {
-    for (size_t i = 0; i < skill.conditions.size(); ++i) {
-      if (skill.conditions[i].name == name) x[static_cast<Eigen::Index>(i)] = value;
-    }
-  }
-  return x;
-}
-
 TEST(Landing, PutsItsFeetOnANarrowWallAndRollsOffIt) {
   static constexpr double kHeight = 1.4;
   static constexpr double kHalf = 0.2;
@@ -214,8 +203,8 @@ TEST(Landing, PutsItsFeetOnANarrowWallAndRollsOffIt) {
     sim::Recording recording;
     Faller faller({skill, skill->initialParameters()});
     const Fall f = faller.fall(
-        given(*skill, {{"height", 3.6}, {"forward", 2.5}, {"roof", kHeight}, {"aim", aim}}), {},
-        &recording);
+        skill->conditionsWith({{"height", 3.6}, {"forward", 2.5}, {"roof", kHeight}, {"aim", aim}}),
+        {}, &recording);
     rolled += f.verdict.rolled.has_value();
     ASSERT_TRUE(f.verdict.touch_down);
     // Both feet, on its top, and nothing else before it leaps off.
@@ -253,7 +242,7 @@ TEST(Landing, OfTheOddBodyTurnsOverAndStands) {
   int stands = 0;
   for (const double height : {2.5, 2.7, 2.9}) {
     const Fall f = Faller({skill, skill->initialParameters()})
-                       .fall(given(*skill, {{"height", height}, {"practice", 1}}));
+                       .fall(skill->conditionsWith({{"height", height}, {"practice", 1}}));
     EXPECT_GT(measured(f, "turned"), 5) << height;
     EXPECT_LT(f.verdict.head_force, Verdict::kHeadForce) << height;
     stands += measured(f, "stood") > 0.6;
@@ -269,7 +258,7 @@ TEST(Landing, RunsOnIfToldTo) {
   int far = 0;
   for (const double height : {2.4, 2.7, 3.0}) {
     const VectorXd x =
-        given(*skill, {{"height", height}, {"forward", 3}, {"run", 1}, {"practice", 1}});
+        skill->conditionsWith({{"height", height}, {"forward", 3}, {"run", 1}, {"practice", 1}});
     const Fall f = Faller({skill, skill->initialParameters()}).fall(x);
     EXPECT_TRUE(f.verdict.rolled);
     far += f.rollout.measures[static_cast<size_t>(ran - skill->measures.begin())] > 2;

@@ -55,17 +55,6 @@ std::string landingPrints() {
   return fmt::format("{} human {:08x}", sim::engineVersion(), hash.value() & 0xffffffff);
 }
 
-VectorXd under(const Skill& skill,
-               const std::vector<std::pair<std::string_view, double>>& conditions) {
-  VectorXd x = skill.initialConditions();
-  for (const auto& [name, value] : conditions) {
-    for (size_t i = 0; i < skill.conditions.size(); ++i) {
-      if (skill.conditions[i].name == name) x[static_cast<Eigen::Index>(i)] = value;
-    }
-  }
-  return x;
-}
-
 /// A fall of Table 2; its velocities and spins are (left, up, forward), ours (forward, left, up).
 struct Printed {
   const char* name;
@@ -107,15 +96,16 @@ Table table2() {
   t.run = [all = bodies()](int row, int column, std::uint64_t /*seed*/, const std::stop_token&) {
     return all->with([&](Body& body) {
       const Printed& p = kPrinted[row];
-      const Fall fall = body.lands.fall(under(*body.way.skill, {{"height", p.height},
-                                                                {"forward", p.velocity[2]},
-                                                                {"lateral", p.velocity[0]},
-                                                                {"up", p.velocity[1]},
-                                                                {"pitch_rate", p.spin[0]},
-                                                                {"yaw_rate", p.spin[1]},
-                                                                {"roll_rate", p.spin[2]},
-                                                                {"miss", kOff[column]},
-                                                                {"hands", p.hands ? 1 : 0}}));
+      const Fall fall =
+          body.lands.fall(body.way.skill->conditionsWith({{"height", p.height},
+                                                          {"forward", p.velocity[2]},
+                                                          {"lateral", p.velocity[0]},
+                                                          {"up", p.velocity[1]},
+                                                          {"pitch_rate", p.spin[0]},
+                                                          {"yaw_rate", p.spin[1]},
+                                                          {"roll_rate", p.spin[2]},
+                                                          {"miss", kOff[column]},
+                                                          {"hands", p.hands ? 1 : 0}}));
       return Outcome{fall.verdict.stands() ? 1.0 : 0.0, !fall.verdict.rolled.has_value()};
     });
   };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cstdlib>
 
 #include "traceur/core/is_file.h"
@@ -53,6 +54,17 @@ std::vector<fs::path> modelFolders(const fs::path& beside) {
 
 VectorXd Skill::initialConditions() const {
   return initialOf(conditions);
+}
+
+VectorXd Skill::conditionsWith(
+    const std::vector<std::pair<std::string_view, double>>& numbers) const {
+  VectorXd x = initialConditions();
+  for (const auto& [condition, value] : numbers) {
+    const auto found = std::ranges::find(conditions, condition, &ParamSpec::name);
+    assert(found != conditions.end());
+    x[found - conditions.begin()] = value;
+  }
+  return x;
 }
 
 VectorXd Skill::initialParameters() const {

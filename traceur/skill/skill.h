@@ -8,6 +8,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "traceur/control/pose_solver.h"
@@ -261,6 +263,8 @@ struct Skill {
 
   VectorXd initialParameters() const;
   VectorXd initialConditions() const;
+  /// The initial conditions, but for these. @pre the names are conditions'
+  VectorXd conditionsWith(const std::vector<std::pair<std::string_view, double>>& numbers) const;
   /// Its phases; of a skill of parts "part.phase" of each.
   std::vector<std::string> phaseNames() const;
   /// What in.NAME and ended.NAME may name: phases, then parts.
