@@ -969,6 +969,27 @@ TEST(Why, TheLikeliestRemedyIsFirst) {
             "\"MOVE downward BY 0.1 m\" in leaning, instead of \"MOVE downward BY 0.2 m\"");
 }
 
+/// Nobody takes off with 16 m/s, stands with the COM 0.6 m ahead, or leans that far before a jump
+/// up.
+TEST(Why, WhatNobodyCanDoIsOutOfReach) {
+  const auto first = [](const char* text, size_t failed, const char* ended) {
+    const Script script = athlete(text);
+    return why(script, failedLesson(script, failed, ended)).remedies[0];
+  };
+  const Remedy slower =
+      first("Leaning: POSE lean\nThrusting: SPEED NEAR [7.2, 14.4, 0]", 1, "not_1");
+  EXPECT_EQ(slower.against, Fault::kOutOfReach);
+  EXPECT_EQ(slower.say, "SPEED NEAR [1.21, 2.41, 0] m/s");
+  const Remedy nearer = first("Leaning: POSE lean; PLACE COM NEAR [0.6, 0.8, 0]", 0, "late");
+  EXPECT_EQ(nearer.against, Fault::kOutOfReach);
+  EXPECT_EQ(nearer.say, "PLACE com NEAR [0.03, 0.8, 0]");
+  const Remedy upright =
+      first("Leaning: POSE lean; UNTIL COM leads BY 0.4 m\nThrusting: SPEED NEAR [0, 2.2, 0]", 1,
+            "falls_forward");
+  EXPECT_EQ(upright.against, Fault::kTooLate);
+  EXPECT_EQ(upright.say, "UNTIL COM leads BY 0.03 m");
+}
+
 /// Whatever is advised can be said: of all shipped scripts, wherever they fail.
 TEST(Why, EveryRemedyCanBeSaid) {
   size_t remedies = 0;

@@ -116,6 +116,10 @@ constexpr double kUnmet = 0.3;
 constexpr double kPhaseAway = 0.3, kAfterwards = 3;
 /// Beyond this lead of the COM practice calls it a fall, so nobody can wait for it.
 constexpr double kFurthestLead = 0.45;  // m
+/// Nobody takes off faster: that would be 1.3 m up [ours].
+constexpr double kFastest = 5;  // m/s
+/// What the shipped jumps take off with.
+constexpr double kUsual = 2.7;  // m/s
 /// Where a body leans to that is going to push off: so far, and further the flatter it pushes
 /// [ours: what the shipped scripts lean, from the turn on the spot to the roll, within 0.03 m].
 constexpr double kLead = 0.03, kLeadBySlope = 0.2, kFlattestSlope = 1.3;  // m, m, 1
@@ -279,6 +283,12 @@ class Candidates {
   void speed(const Instruction& i) {
     const size_t up = script_.axes == Axes::kPublished ? 1 : 2;
     const bool unmet = !last() && doesBadly(now_);
+    const double fast = i.velocity.norm();
+    if (fast > kFastest) {
+      const double usual = kUsual / fast;
+      instead(Fault::kOutOfReach, 0.8, i, scaled(i.means, {usual, usual, usual}));
+      return instead(Fault::kOutOfReach, 0.9, i, "");
+    }
     if (unmet) {
       instead(Fault::kOutOfReach, 2, i, scaled(i.means, {0.7, 0.7, 0.7}));
       instead(Fault::kOutOfReach, 2.5, i, scaled(i.means, {0.5, 0.5, 0.5}));
@@ -326,6 +336,13 @@ class Candidates {
       factors[up] = 1;
       return scaled(i.means, factors);
     };
+    const double away = i.other->vector.head<2>().norm();
+    if (i.subject && i.subject->kind == Thing::Kind::kCom && away > kFurthestLead &&
+        script_.phases[now_].bears == "feet" && now_ == 0) {
+      // Nobody who stands leans that far.
+      instead(Fault::kOutOfReach, 0.8, i, nearer(kLead / away));
+      instead(Fault::kOutOfReach, 0.9, i, nearer(0.25));
+    }
     const bool unmet = unmetPlace(i);
     instead(Fault::kOutOfReach, unmet ? 2 : 8, i, nearer(0.5));
     instead(Fault::kOutOfReach, unmet ? 2.5 : 9, i, nearer(0.3));
