@@ -202,14 +202,12 @@ Table coachFaults() {
       "Eight scripts of each kind, those shipped with one line made wrong. As it is: the share of "
       "five seeds (41100 to 41500) that learn all phases and then do all of it; the last phase "
       "ends "
-      "with its first trial that succeeds. Another seed (41000) fails, too, and tries the "
-      "likeliest "
-      "other words, 16 at most, until it learns with some, or takes those that get furthest. "
-      "Named: what is seen, or what those "
-      "words are "
-      "against, is what was put in. Advised: the share of the five who learn the script with those "
-      "words. "
-      "Missed: the seed that asks does learn it, or nothing that was tried helps.";
+      "with its first trial that succeeds. Another seed (41000) tries the likeliest other words, "
+      "16 "
+      "at most, until it learns with some, or takes those that get furthest. Named: what is seen, "
+      "or what those words are against, is what was put in. Advised: the share of the five who "
+      "learn the script with those words. Missed: the seed that asks learns the script as it is, "
+      "or nothing that was tried helps.";
   for (const coach::Fault kind : kKinds) {
     t.rows.push_back({std::string(coach::nameOf(kind)), "", "share"});
   }
